@@ -1,9 +1,10 @@
 """Which small faults in the engines and laws the default tests notice: mutants, each with one expression changed.
 
-Each mutant is made in a copy of the sources, and the tests of its module's own room are run there until one fails. The
-sample is drawn by a seed, evenly over all places of the modules in `ROOMS`. Machine code is kept by digests of all that
-was compiled (`mjbiped.numerics.machine`), so that the copies share what is kept of the original: of a mutant, only what
-it reaches is compiled anew. `make mutants` draws twenty; 24 took 28 minutes on two busy cores.
+Each mutant is made in a copy of the sources, and the tests of its module's own room are run there until one fails, then
+those of other rooms that `ROOMS` names. The sample is drawn by a seed, evenly over all places of the rooms' modules.
+Machine code is kept by digests of all that was compiled (`mjbiped.numerics.machine`), so that the copies share what is
+kept of the original: of a mutant, only what it reaches is compiled anew. `make mutants` draws twenty; 24 took 28
+minutes on two busy cores.
 
     python -m scripts.mutants --count 20 --seed 0
 """
@@ -28,57 +29,26 @@ import click
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIED = ("mjbiped", "controllers", "models", "scripts", "tests", "pyproject.toml")
-LIMIT = 300
-"""Seconds of a processor's time for a file of tests, whatever else the machine does; a mutant that makes one go on for
-longer never ends, and is noticed."""
+LIMIT = 600
+"""Seconds of a processor's time for a folder of tests, whatever else the machine does; a mutant for which they are not
+enough makes a test go on without end, and is noticed."""
 WANTED = 0.95
 """Share of the mutants that the tests have to notice."""
 
-_HYBRID, _MUJOCO = "mjbiped/engines/hybrid/", "mjbiped/engines/mujoco/"
-_WALKS, _EQUATIONS = "engines/test_golden.py", "engines/conformance/test_equations.py"
+_MUJOCO = "mjbiped/engines/mujoco/"
+_WALKS = ("engines/test_golden.py", "engines/conformance")
 ROOMS = {
-    "controllers/adaptive.py": ("control_laws/test_adaptive.py", "control_laws/test_kneed.py"),
-    _HYBRID + "accounting.py": ("engines/hybrid/test_simulation.py", _WALKS, _EQUATIONS),
-    _HYBRID + "guards.py": (
-        "engines/hybrid/test_simulation.py",
-        "engines/hybrid/test_feet.py",
-        _WALKS,
-    ),
-    _HYBRID + "motion.py": ("dynamics/test_feet.py", _WALKS, _EQUATIONS),
-    _HYBRID + "impacts.py": (
-        "engines/hybrid/test_kneed.py",
-        "engines/hybrid/test_feet.py",
-        "dynamics/test_feet.py",
-        _WALKS,
-    ),
-    _HYBRID + "resets.py": (
-        "engines/hybrid/test_kneed.py",
-        "engines/hybrid/test_simulation.py",
-        "engines/hybrid/test_feet.py",
-        _WALKS,
-    ),
-    _MUJOCO + "collisions.py": ("engines/mujoco/test_collisions.py", "engines/mujoco/test_simulation.py"),
-    _MUJOCO + "feet.py": ("engines/mujoco/test_feet.py", _WALKS),
-    _MUJOCO + "motors.py": ("disturbances/test_pushes.py", "engines/mujoco/test_kneed.py", _WALKS),
-    _MUJOCO + "observation.py": ("engines/test_outcomes.py", "engines/mujoco/test_kneed.py", _WALKS),
-    _MUJOCO + "step_size.py": ("engines/mujoco/test_step_size.py", "engines/mujoco/test_kneed.py", _WALKS),
-    "mjbiped/envs/walkers.py": ("envs/test_episodes.py",),
-    "mjbiped/gaits/optimisation.py": ("gaits/test_steps.py", "gaits/test_optimised.py"),
-    "mjbiped/gaits/reference.py": (
-        "gaits/test_steps.py",
-        "gaits/test_kneed.py",
-        "control_laws/test_kneed.py",
-    ),
-    "mjbiped/dynamics/integrate.py": ("dynamics/test_integrate.py",),
-    "mjbiped/dynamics/linkage.py": (
-        "robots/test_equations.py",
-        "engines/hybrid/test_kneed.py",
-        _EQUATIONS,
-        "engines/conformance/test_impacts.py",
-    ),
-    "mjbiped/robots/kneed.py": ("robots/test_kinds.py", "robots/test_equations.py"),
+    "controllers": ("control_laws", "control", *_WALKS),
+    "mjbiped/dynamics": ("dynamics", "robots", *_WALKS),
+    "mjbiped/engines": ("engines", "dynamics", "robots", "disturbances", "rules"),
+    "mjbiped/envs": ("envs",),
+    "mjbiped/gaits": ("gaits", "control_laws"),
+    "mjbiped/records": ("records", "engines", "cli"),
+    "mjbiped/robots": ("robots", "gaits", "engines"),
+    "mjbiped/rules": ("rules", "robots", "engines"),
+    "mjbiped/studies": ("studies", "cli"),
 }
-"""The modules, and the files in tests/ that stand for them, the quickest first."""
+"""The rooms from which mutants are drawn, and what stands for them in tests/, in the order in which it is run."""
 
 EQUIVALENT = {
     (
@@ -227,9 +197,9 @@ def _computed(node: ast.AST, inside: bool) -> Iterator[ast.AST]:
                 yield from _computed(part, inside)
 
 
-def sample(count: int, seed: int, modules: Sequence[str]) -> list[Mutant]:
+def sample(count: int, seed: int, chosen: Sequence[str]) -> list[Mutant]:
     """So many mutants of the modules, drawn by the seed."""
-    known = [mutant for module in modules for mutant in mutants_of(module, (ROOT / module).read_text())]
+    known = [mutant for module in chosen for mutant in mutants_of(module, (ROOT / module).read_text())]
     return sorted(random.Random(seed).sample(known, min(count, len(known))))
 
 
@@ -248,8 +218,22 @@ def copied(to: Path) -> Path:
     return to
 
 
+def modules() -> list[str]:
+    """Paths of all modules in `ROOMS` from the root."""
+    return sorted(str(file.relative_to(ROOT)) for room in ROOMS for file in (ROOT / room).rglob("*.py"))
+
+
+def tests_of(module: str) -> list[str]:
+    """The files and folders in tests/ that stand for a module: those of its own name, of its folder, of its room."""
+    path = Path(module)
+    tests, own = next((tests, path.relative_to(room)) for room, tests in ROOMS.items() if path.is_relative_to(room))
+    near = ROOT / "tests" / tests[0] / own
+    nearest = [file for file in (near.with_name(f"test_{own.name}"), near.parent) if file.exists()]
+    return list(dict.fromkeys([*(str(file.relative_to(ROOT / "tests")) for file in nearest), *tests]))
+
+
 def passes(tree: Path, tests: Sequence[str]) -> bool:
-    """Whether the default tests in some files of a copy pass, one after the other up to the first that fails."""
+    """Whether the default tests in some files and folders of a copy pass, up to the first that fails."""
     pytest = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no"]
     limited = ["sh", "-c", f'ulimit -t {LIMIT}; exec "$@"', "sh"]
     environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
@@ -265,7 +249,7 @@ def tried(mutant: Mutant, tree: Path) -> Verdict:
     file, original = tree / mutant.module, ROOT / mutant.module
     file.write_text(mutant.applied(original.read_text()))
     try:
-        return Verdict(mutant, not passes(tree, ROOMS[mutant.module]))
+        return Verdict(mutant, not passes(tree, tests_of(mutant.module)))
     finally:
         shutil.copy2(original, file)
 
@@ -280,7 +264,7 @@ def verdicts(mutants: Sequence[Mutant], workers: int) -> Iterator[Verdict]:
         trees: Queue[Path] = Queue()
         for worker in range(workers):
             trees.put(copied(Path(folder) / str(worker)))
-        wanted = list(dict.fromkeys(file for mutant in mutants for file in ROOMS[mutant.module]))
+        wanted = list(dict.fromkeys(file for mutant in mutants for file in tests_of(mutant.module)))
 
         def checked(file: str) -> bool:
             tree = trees.get()
@@ -328,11 +312,11 @@ def share(found: Sequence[Verdict]) -> float:
 @click.option("--count", default=20, show_default=True, type=click.IntRange(1), help="How many mutants.")
 @click.option("--seed", default=0, show_default=True, help="By which they are drawn.")
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1), help="Processes at a time.")
-@click.argument("modules", nargs=-1, type=click.Choice(sorted(ROOMS)), metavar="[MODULE]...")
-def main(count: int, seed: int, workers: int, modules: tuple[str, ...]) -> None:
+@click.argument("chosen", nargs=-1, type=click.Choice(modules()), metavar="[MODULE]...")
+def main(count: int, seed: int, workers: int, chosen: tuple[str, ...]) -> None:
     """Draw mutants, try them, and tell which survive."""
     found = []
-    for verdict in verdicts(sample(count, seed, modules or sorted(ROOMS)), workers):
+    for verdict in verdicts(sample(count, seed, chosen or modules()), workers):
         found.append(verdict)
         click.echo(told(verdict))
     click.echo(f"noticed: {share(found):.0%} of {len(found)} mutants of seed {seed}, without those argued to be equal")

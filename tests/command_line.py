@@ -4,15 +4,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from click.testing import CliRunner, Result
 
-import mjbiped
 from mjbiped.cli import main as cli
-from mjbiped.records.record import Walk
 
 ROOT = Path(__file__).parents[1]
+Drawings: TypeAlias = list[tuple[str, object, dict[str, Any]]]
+"""Modules, what they were to draw, and how."""
 
 
 def run(*words: object) -> Result:
@@ -59,26 +59,3 @@ def assert_refused(result: Result, reason: str) -> None:
     assert error.startswith("Error: ")
     assert reason in error
     assert not usage or usage[0].startswith("Usage: ")
-
-
-class Drawings:
-    """Stands for the plots and videos: remembers how they were called, and writes a file."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[str, dict[str, Any]]] = []
-
-    def plot_walk(self, walk: Walk, path: Path, **_: Any) -> None:
-        self.calls.append(("plot_walk", {"steps": walk.steps}))
-        path.write_text("plot")
-
-    def plot_comparison(self, comparison: mjbiped.Comparison, path: Path) -> None:
-        self.calls.append(("plot_comparison", {"steps": comparison.mujoco.steps}))
-        path.write_text("plot")
-
-    def plot_gait(self, gait: mjbiped.Gait, path: Path) -> None:
-        self.calls.append(("plot_gait", {"slope": gait.slope}))
-        path.write_text("plot")
-
-    def render_video(self, walk: Walk, path: Path, **settings: Any) -> None:
-        self.calls.append(("render_video", {"steps": walk.steps, **settings}))
-        path.write_text("video")

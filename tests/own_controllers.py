@@ -18,26 +18,6 @@ class HipSpread(Controller):
 """
 """A controller that needs neither robot nor gait; it walks down 2 degrees."""
 
-IMITATING = """\
-from dataclasses import dataclass
-
-import mjbiped
-from controllers import Controller
-
-
-@dataclass(frozen=True)
-class Imitating(Controller):
-    robot: mjbiped.Compass
-    gait: mjbiped.Gait
-    stiffness: float = 0.1
-    initial_slope_estimate: float = 0.0
-
-    def torque(self, memory, t, q, dq):
-        wanted, _, _ = self.gait.reference(t)
-        return 0.0, -self.stiffness * (q[1] - q[0] - wanted[1] + wanted[0])
-"""
-"""One that gets both."""
-
 
 def law(body: str, *, above: str = "", fields: str = "") -> str:
     """The source of a class `Law` whose `torque` has this body; `fields` stand in the class before it."""

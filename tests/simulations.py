@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mjbiped import Compass, KneedBiped, ScuffingRule, Terrain
 from mjbiped.control.controller import Controller, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import TOLERANCE, Hybrid, HybridRun
@@ -18,11 +19,7 @@ from mjbiped.engines.mujoco.scene import GroundWindows, Scene
 from mjbiped.engines.mujoco.simulation import WHOLE_STATE, Simulation
 from mjbiped.engines.plan import Plan, Terms
 from mjbiped.records.columns import Recorder
-from mjbiped.robots.compass import Compass
-from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.rules.scuffing import ScuffingRule
-from mjbiped.terrain.terrain import Terrain
 
 OPTIONS = {field.name for field in fields(Options)}
 

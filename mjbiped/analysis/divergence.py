@@ -47,6 +47,7 @@ _FOOTHOLD, _PERIOD, _ANGLE, _RATE, _SLOPE, _ESTIMATE, _WORK = 1e-3, 5e-3, 2.2e-3
 _WORK_SHARE = 0.012
 
 SLID = 1e-4  # leg lengths; ordinary steps slide by 2e-6 to 2e-5
+TURNED = 1e-4  # rad; the headings of walks whose feet do not turn differ by 5e-6
 EDGE = 5e-4  # m; a foot nearer to a break of the ground may meet its edge
 GRAZED = 3e-3  # leg lengths; one engine lands where the other passes with no more clearance
 ROUNDING = 1e-12  # rad; error of a slope that is recomputed at every touchdown
@@ -170,6 +171,7 @@ def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Ite
         )
     if slid > SLID * there.robot.leg_length:
         yield f"slip: the stance foot slid by {1e3 * slid:.2f} mm in MuJoCo"
+    yield from _twist(there, here, steps)
     yield from _edges(there, here, steps)
     yield from _grazing(there, here, k)
     yield from _decisions(there, here, steps, controller)
@@ -179,6 +181,17 @@ def explanations(there: Walk, here: Walk, k: int, controller: Controller) -> Ite
     fewer, more = sorted((there.steps, here.steps))
     if {there.outcome, here.outcome} == {"finished"} and k == fewer < more:
         yield "the distance asked for ends between their footholds"
+
+
+def _twist(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:
+    """A stance foot that turned in MuJoCo: the hybrid engine's feet never do."""
+    if "yaw" not in there.robot.places:
+        return
+    yaw, n = there.robot.places.index("yaw"), min(there.steps, here.steps)
+    apart = there.touchdowns["qpos"][:n, yaw] - here.touchdowns["qpos"][:n, yaw]
+    turned = np.abs(np.diff(apart, prepend=0.0))[[row for row in steps if row < n]].max(initial=0.0)
+    if turned > TURNED:
+        yield f"twist: the stance foot turned by {math.degrees(turned):.2g} deg in MuJoCo, for all its friction"
 
 
 def _edges(there: Walk, here: Walk, steps: list[int]) -> Iterator[str]:

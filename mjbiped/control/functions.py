@@ -13,7 +13,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import FrozenInstanceError
 from functools import cached_property, partial
@@ -125,7 +125,9 @@ def try_out(controller: Controller, q: State, dq: State) -> None:
     _check_parameters(controller)
     try:
         law = law_of(controller)
-        if law is None:  # methods may change the object's attributes
+        if law is not None:
+            _check_law(controller, law)
+        else:  # methods may change the object's attributes
             with suppress(Exception):  # whatever its parts raise
                 controller = copy.deepcopy(controller)
         memory, before = [0.0] * controller.memory_size, _attributes(controller)
@@ -216,18 +218,41 @@ def fault_at(controller: Controller, memory: Sequence[float], t: float, q: State
 
 
 def _check_parameters(controller: Controller) -> None:
-    """Refuse methods that do not take what they are called with."""
+    """Refuse methods, and functions of a law, that do not take what they are called with."""
     for method in _TRIED:
         parameters = [*inspect.signature(getattr(Controller, method)).parameters]
-        try:
-            inspect.signature(getattr(controller, method)).bind(*parameters[1:])
-        except ValueError:  # a compiled extension tells no signature
-            continue
-        except TypeError as error:
-            raise InputError(
-                f"{type(controller).__name__}.{method} does not take what it is given: {error}; expected is "
-                f"def {method}({', '.join(parameters)})"
-            ) from error
+        _check_taken(f"{type(controller).__name__}.{method}", getattr(controller, method), parameters[1:], ["self"])
+
+
+def _check_law(controller: Controller, law: Law) -> None:
+    """Refuse a law whose parameters are no sequence, or whose functions do not take what they are called with."""
+    said = f"{type(controller).__name__}.law() gives a Law"
+    if entries(law.parameters) is None:
+        raise InputError(f"{said} whose parameters are {shown(law.parameters)}; expected a sequence of numbers")
+    for name, function in law.functions.items():
+        method = getattr(Controller, name, None) or getattr(Controller, f"on_{name}")
+        taken = ["parameters", *[*inspect.signature(method).parameters][1:], *(["out"] if name == "torque" else [])]
+        _check_taken(f"{said} whose {name}", function, taken, [])
+
+
+def _check_taken(what: str, function: Callable[..., object], taken: list[str], bound: list[str]) -> None:
+    """Refuse a function that cannot be called with some positional arguments.
+
+    Args:
+        what: The function in words.
+        function: The function.
+        taken: Names of the arguments.
+        bound: Names that its definition has in front of them.
+    """
+    try:
+        inspect.signature(function).bind(*taken)
+    except ValueError:  # a compiled extension tells no signature
+        return
+    except TypeError as error:
+        name = what.split(".")[-1].split()[-1]
+        raise InputError(
+            f"{what} does not take what it is given: {error}; expected is def {name}({', '.join([*bound, *taken])})"
+        ) from error
 
 
 def _check_memory(controller: Controller, method: str, memory: list[Any]) -> None:

@@ -18,12 +18,11 @@ import numpy as np
 from mjbiped.errors import GaitError
 from mjbiped.gaits import store
 from mjbiped.gaits.cycle import COARSE, Step, attributes, free_motion, glide, limit_cycle, no_gait, step, unit_of
-from mjbiped.gaits.passive import PassiveGait, checked_slope
+from mjbiped.gaits.passive import PassiveGait, check_walker, checked_slope
 from mjbiped.gaits.reference import Table, closing_on, count_of_pieces, hold, in_pieces, table_of
 from mjbiped.robots.kneed import KneedBiped, KneedLegs
 from mjbiped.robots.robot import Array
 from mjbiped.robots.round import RoundKneed
-from mjbiped.utils import domains
 
 STARTS = tuple(product((0.10, 0.16, 0.22, 0.28, 0.34), (1.25, 1.45, 1.65, 1.9), (0.0, 0.4, 0.8, 1.2)))
 """Half angle between the legs, rad, and the rates of stance and swing leg over it, in sqrt(g/l). Gaits of light and
@@ -87,11 +86,10 @@ def find_kneed_gait(robot: KneedLegs, slope: float) -> KneedGait:
         slope: Slope of the plane, rad, > 0 (downhill).
 
     Raises:
-        InputError: The slope is no number within a right angle of level, or the robot is no `KneedBiped`.
+        InputError: The slope is no number within a right angle of level, or the robot is no `KneedBiped` in the plane.
         GaitError: The search finds no gait on that slope.
     """
-    if not isinstance(robot, RoundKneed):
-        domains.check_kind("robot", robot, KneedBiped)
+    check_walker(robot, KneedBiped, RoundKneed)
     found: KneedGait = store.passive(KneedGait, robot, checked_slope(slope), _search)
     return found
 

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from mjbiped.errors import GaitError
+from mjbiped.errors import GaitError, InputError
 from mjbiped.gaits import store
 from mjbiped.gaits.cycle import (
     COARSE,
@@ -36,6 +36,7 @@ from mjbiped.gaits.cycle import (
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.reference import FALLEN, motion_at, table_of
 from mjbiped.robots.compass import Compass
+from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.robot import Array, Robot
 from mjbiped.robots.round import RimlessWheel, RoundCompass
 from mjbiped.utils import domains
@@ -93,10 +94,22 @@ def find_passive_gait(robot: Compass | RoundCompass, slope: float) -> PassiveGai
         InputError: The slope is no number within a right angle of level, or the robot is no compass biped.
         GaitError: The robot has no such gait on that slope.
     """
-    if not isinstance(robot, RoundCompass):
-        domains.check_kind("robot", robot, Compass)
+    check_walker(robot, Compass, RoundCompass)
     found: PassiveGait = store.passive(PassiveGait, robot.flat, checked_slope(slope), _search)
     return found
+
+
+def check_walker(robot: object, *kinds: type[Robot]) -> None:
+    """Check that a function which finds passive gaits is asked about a robot of one of its kinds.
+
+    Raises:
+        InputError: The robot is of another kind; the message names the functions for each kind.
+    """
+    if not isinstance(robot, kinds) or isinstance(robot, InSpace) != issubclass(kinds[0], InSpace):
+        raise InputError(
+            f"robot: got a {type(robot).__name__}; mjbiped.find_passive_gait takes straight legs in the plane, "
+            "find_kneed_gait takes knees in the plane, find_gait_in_space takes a Compass3D or a Kneed3D"
+        )
 
 
 def checked_slope(slope: float) -> float:

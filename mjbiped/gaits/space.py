@@ -19,11 +19,10 @@ from mjbiped.errors import GaitError
 from mjbiped.gaits import store
 from mjbiped.gaits.cycle import FINEST, differences, eigenvalues, glide, no_gait
 from mjbiped.gaits.kneed import EARLY, ON, KneedGait, find_kneed_gait
-from mjbiped.gaits.passive import PassiveGait, checked_slope, find_passive_gait
+from mjbiped.gaits.passive import PassiveGait, check_walker, checked_slope, find_passive_gait
 from mjbiped.gaits.reference import closing_on, count_of_pieces, hold, in_pieces, table_of
 from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, SpatialLinkage, joined
-from mjbiped.utils import domains
 
 _LONGEST = 3.0  # s: steps take one
 _SHARES = ((1.0,), (0.25, 0.5, 0.75, 1.0))  # of the hip's width, for which gaits are found one after the other
@@ -56,7 +55,7 @@ def find_gait_in_space(robot: InSpace, slope: float) -> PassiveGait:
         InputError: The slope is no number within a right angle of level, or the robot does not walk in space.
         GaitError: There is no such gait near the planar one.
     """
-    domains.check_kind("robot", robot, InSpace)  # type: ignore[type-abstract]
+    check_walker(robot, InSpace)  # type: ignore[type-abstract]  # asked for alone
     kind = KneedGaitInSpace if "knee" in robot.joints else PassiveGait
     found: PassiveGait = store.passive(kind, robot, checked_slope(slope), _search)
     return found

@@ -27,6 +27,7 @@ APART = 0.5  # distance between two postures of a step, leg lengths
 
 _SAMPLES = 400  # of a phase, which is a part of a step without an impact
 _PANEL = 2.9  # height, inches
+_FAR_OUTSIDE = 3.0  # radii of the unit circle, beyond which a multiplier would hide where the others are
 
 
 class _Course(NamedTuple):
@@ -236,13 +237,18 @@ def _draw_torques(axes: Axes, letter: str, course: _Course) -> None:
 
 
 def draw_multipliers(axes: Axes, letter: str, gait: Any) -> None:
-    """Draw the Floquet multipliers of a gait, in the complex plane and in figures."""
+    """Draw the Floquet multipliers of a gait, in the complex plane and in figures; arrows lead to those far outside."""
     multipliers: NDArray[np.complex128] = gait.multipliers
-    reach = 1.25 * max(1.0, float(np.abs(multipliers).max()))
+    size = np.abs(multipliers)
+    far = size > _FAR_OUTSIDE
+    reach = 1.25 * max(1.0, float(size[~far].max(initial=0.0)))
     axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GUIDE, linestyle="--"))
     axes.axhline(0.0, color=GUIDE, linewidth=0.5)
     axes.axvline(0.0, color=GUIDE, linewidth=0.5)
-    axes.plot(multipliers.real, multipliers.imag, "o", color=BLUE, markersize=6)
+    axes.plot(multipliers[~far].real, multipliers[~far].imag, "o", color=BLUE, markersize=6)
+    for way in reach * multipliers[far] / size[far]:
+        arrow = {"arrowstyle": "-|>", "color": BLUE, "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.annotate("", (way.real, way.imag), (0.8 * way.real, 0.8 * way.imag), arrowprops=arrow)
     axes.set(xlim=(-reach, reach), ylim=(-reach, 2.1 * reach), xlabel="real part", ylabel="imaginary part")
     axes.set_aspect("equal")
     titled(axes, letter, "Floquet multipliers")

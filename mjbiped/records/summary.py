@@ -147,13 +147,17 @@ def html_table(rows: Iterable[Row]) -> str:
 class WalkSummary(dict[str, Any]):
     """Measures of a walk, printed as a table, and by name as in `mjbiped.records.measures.summary`.
 
+    A walk that failed has the reason in words as `probable_cause` and how its foot stood as `last_step_unfinished`;
+    both are None for other walks.
+
     Attributes:
         rows: Label, formatted value, and unit of each line of the table.
     """
 
     def __init__(self, walk: Walk) -> None:
         """Measure a walk."""
-        super().__init__(measures.summary(walk))
+        told = {"probable_cause": why_it_failed(walk), "last_step_unfinished": unfinished_step(walk)}
+        super().__init__({**measures.summary(walk), **{key: text or None for key, text in told.items()}})
         settings, warnings = walk.settings, self["warnings"]
         rows = [
             ("outcome", walk.outcome, ""),
@@ -163,8 +167,8 @@ class WalkSummary(dict[str, Any]):
         ]
         if robot := _robot_in_words(walk.robot):
             rows.append(("robot", robot, ""))
-        told = {"probable cause": why_it_failed(walk), "last step, unfinished": unfinished_step(walk)}
-        rows += [(label, text, "") for label, text in told.items() if text]
+        labels = {"probable_cause": "probable cause", "last_step_unfinished": "last step, unfinished"}
+        rows += [(label, told[key], "") for key, label in labels.items() if told[key]]
         if settings.get("disturbances"):
             rows.append(("disturbances", _disturbances_in_words(settings["disturbances"]), ""))
         if warnings:

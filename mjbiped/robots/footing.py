@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,7 +36,7 @@ class Footing:
     aside: Array
     normal: Array
 
-    @property
+    @cached_property
     def pull(self) -> Array:
         """Gravity's components: downhill along the heading, into the ground, and towards the swing side."""
         return np.array([DOWN @ self.forward, -DOWN @ self.normal, DOWN @ self.aside])

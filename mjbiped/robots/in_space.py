@@ -232,7 +232,7 @@ class InSpace(Robot):
             moment = moment + segment.mass * (upper + segment.centre / segment.length * (lower - upper)).sum(axis=-2)
         return np.asarray(moment / self.total_mass)
 
-    @property
+    @cached_property
     def input_matrix(self) -> Array:
         """B, shape (len(angles), len(joints)): the roll has a motor of its own."""
         B = np.eye(len(self.angles)) - np.eye(len(self.angles), k=1)

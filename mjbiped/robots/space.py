@@ -84,7 +84,7 @@ class SpatialLinkage:
         """M(q), shape (n + 1, n + 1), kg m^2."""
         sine, cosine = np.sin(q[:-1]), np.cos(q[:-1])
         M = np.empty((len(q), len(q)))
-        M[:-1, :-1] = self.weights * (np.outer(sine, sine) + np.outer(cosine, cosine))
+        M[:-1, :-1] = self.weights * np.cos(q[:-1, None] - q[:-1])
         M[-1, :-1] = M[:-1, -1] = -self.across * sine
         M[-1, -1] = cosine @ self.weights @ cosine + self.axial @ sine**2 + self.masses @ self.lateral**2 + self.pelvis
         return M
@@ -93,9 +93,10 @@ class SpatialLinkage:
         """Coriolis and centrifugal forces C(q, dq) dq, shape (n + 1,), N m."""
         sine, cosine, rates, roll = np.sin(q[:-1]), np.cos(q[:-1]), dq[:-1], dq[-1]
         slopes = 2.0 * sine * (self.axial * cosine - self.weights @ cosine)  # derivatives of M_ss
-        odd = self.weights * (np.outer(sine, cosine) - np.outer(cosine, sine))
-        pitch = odd @ rates**2 - 0.5 * slopes * roll**2
-        return np.append(pitch, roll * (slopes @ rates) - (self.across * cosine) @ rates**2)
+        forces = np.empty(len(q))
+        forces[:-1] = (self.weights * np.sin(q[:-1, None] - q[:-1])) @ rates**2 - 0.5 * roll**2 * slopes
+        forces[-1] = roll * (slopes @ rates) - (self.across * cosine) @ rates**2
+        return forces
 
     def gravity_forces(self, q: Array) -> Array:
         """Forces of gravity for each of its three components, shape (n + 1, 3), N m."""

@@ -78,7 +78,7 @@ class Abducting3D(Compass3D):
         plain = super().in_space
         return {**plain, 3: abducting(plain[2], self.bodies.leg[0])}
 
-    @property
+    @cached_property
     def input_matrix(self) -> Array:
         """B, shape (4, 4): the abduction has a motor of its own, too."""
         return np.eye(4) - np.eye(4, k=1) * [[1.0], [0.0], [0.0], [0.0]]

@@ -20,6 +20,7 @@ from scripts.validation import (
     compass_gait,
     drake_invariants,
     rimless_wheel,
+    rolling_disc,
     round_feet,
     round_knees,
     simplest_walker,
@@ -204,12 +205,24 @@ def _write_wheel(tables: Path | None) -> None:
     show_table("the rimless wheel", ("what", "distance from the closed form"), rows, tables, "wheel")
 
 
+def _write_disc(tables: Path | None) -> None:
+    rows = []
+    for name, k in rolling_disc.WHEELS.items():
+        speeds = [rolling_disc.critical_speed(k), *(rolling_disc.found(tilt, k) for tilt in rolling_disc.PHYSICS)]
+        shares = (speed**2 / (rolling_disc.GRAVITY * rolling_disc.RADIUS) for speed in speeds)
+        rows.append([name, *(f"{share:.8f}" for share in shares)])
+    headings = ("wheel", "v² / (g r), closed form", "rigid body that does not slip", "MuJoCo, 0.1 ms")
+    show_table("the rolling disc", headings, rows, tables, "disc")
+
+
 @click.command(help=__doc__)
 @TABLES
 @click.option("--image", type=click.Path(dir_okay=False, path_type=Path), help="PNG file for the figure.")
 def main(tables: Path | None, image: Path | None) -> None:
     """Compute everything and print the tables."""
-    for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake, _write_wheel, _write_push_off):
+    for write in (_write_sources, _write_convergence, _write_mujoco, _write_drake):
+        write(tables)
+    for write in (_write_wheel, _write_push_off, _write_disc):
         write(tables)
     if image is not None:
         simplest_walker.draw(image)

@@ -16,6 +16,7 @@ from mjbiped.analysis import divergence
 from mjbiped.analysis.compare import Comparison, torque_differences
 from mjbiped.analysis.divergence import COLUMNS
 from mjbiped.cli.results import as_json
+from mjbiped.control.registry import make_controller
 from mjbiped.records import measures
 
 
@@ -61,10 +62,6 @@ def test_torques_are_compared_at_equal_times_since_the_touchdown(agreeing: Compa
     assert np.isnan(difference).mean() < 0.03  # at most two samples of some 150 per step
     # peak torques agree within 0.05 N m; at equal absolute times the jumps at touchdowns would show, of up to 2 N m
     assert np.nanmax(np.abs(difference)) < 0.15
-    shifted = agreeing.hybrid.samples["torque"] + 1.0
-    other = dataclasses.replace(agreeing.hybrid, samples={**agreeing.hybrid.samples, "torque": shifted})
-    _, less = torque_differences(dataclasses.replace(agreeing, hybrid=other))
-    assert less == pytest.approx(difference - 1.0, abs=1e-12, nan_ok=True)
 
 
 @pytest.mark.slow
@@ -87,37 +84,23 @@ def test_named_causes(
     assert all(cause in walked.verdict for cause in causes)
 
 
-def test_threshold_of_the_controller(controller: AdaptiveController) -> None:
-    """On level ground MuJoCo's states are 7e-5 rad/s off the cycle and re-planned, the hybrid engine's are not."""
-    touchy = dataclasses.replace(controller, replanning_threshold=3e-5)
-    walked = mjbiped.compare(touchy, Terrain.level(), steps=2)
-    causes = list(divergence.explanations(walked.mujoco, walked.hybrid, 1, touchy))
-    assert any("plans the new step in one engine alone" in cause for cause in causes)
-    assert not list(divergence.explanations(walked.mujoco, walked.hybrid, 1, controller))  # of which both were within
-
-
-def test_grazing(controller: AdaptiveController) -> None:
-    """A bump that MuJoCo's foot is told to have landed on, where the other foot passes 1 mm above it."""
-    walked = mjbiped.compare(controller, Terrain.level(), steps=1)
-    here, there = walked.hybrid, walked.mujoco
-    qpos, stance = here.samples["qpos"], here.samples["stance"]
-    swing = qpos[np.arange(len(qpos)), 3 - stance]
-    x = qpos[:, 0] - np.sin(swing)
-    z = qpos[:, 1] - np.cos(swing)
-    ahead = np.flatnonzero((x > 0.2) & (x < 0.3))[0]
-    bump = Terrain((0.0, x[ahead] - 0.01, x[ahead] + 0.01), (0.0, z[ahead] - 1e-3, 0.0), (0.0, 0.0, 0.0))
-    ground = {"terrain": bump.to_dict()}
-    there, here = (dataclasses.replace(w, settings={**w.settings, **ground}) for w in (there, here))
-    early = changed(there, x=x[ahead : ahead + 1], time=here.samples["time"][ahead : ahead + 1])
-    assert "grazing: MuJoCo lands" in again(early, here, controller).verdict
-
-
 def test_walks_without_touchdown() -> None:
     fallen = mjbiped.compare(PassiveController(), Terrain.level(), initial=(-0.19, 0.19, 0.3, 0.0))
     assert fallen.divergence is None
     assert fallen.verdict == "The engines agree: fell in both, without a touchdown."
     assert math.isnan(fallen.mujoco.cost_of_transport)
     plot_comparison(fallen)
+
+
+def test_a_foot_that_turns() -> None:
+    """In MuJoCo torsional friction has a bound."""
+    law = make_controller("adaptive", mjbiped.Compass3D(), {})
+    walked = mjbiped.compare(law, Terrain.level(), steps=1)
+    assert walked.divergence is None
+    rows = walked.mujoco.touchdowns
+    yaw = np.arange(rows["qpos"].shape[1]) == mjbiped.Compass3D.places.index("yaw")
+    turned = changed(walked.mujoco, qpos=rows["qpos"] + math.radians(0.2) * yaw, x=rows["x"] + 0.01)
+    assert "twist: the stance foot turned by 0.2 deg in MuJoCo" in again(turned, walked.hybrid, law).verdict
 
 
 def test_differences_and_their_causes(agreeing: Comparison, controller: AdaptiveController) -> None:
@@ -153,26 +136,15 @@ def test_figure(agreeing: Comparison, controller: AdaptiveController, tmp_path: 
     """What a falling robot asks for at last does not flatten the steps before, and is told."""
     figure = plot_comparison(agreeing, tmp_path / "compare.png")
     assert (tmp_path / "compare.png").stat().st_size > 10_000
-    axes = figure.get_axes()
-    assert np.array_equal(axes[0].lines[1].get_ydata(), agreeing.hybrid.samples["torque"][:, 0])
-    assert axes[4].lines[0].get_ydata() == pytest.approx(  # steps on a slope: mm of the way along it
-        1e3 * (measures.step_lengths(agreeing.mujoco) - measures.step_lengths(agreeing.hybrid))
-    )
-    x = agreeing.hybrid.touchdowns["x"] + [0.0, 0.0, 0.02]
-    parted = plot_comparison(again(agreeing.mujoco, changed(agreeing.hybrid, x=x), controller))
-    assert ["they part" in {text.get_text() for text in each.get_axes()[0].texts} for each in (figure, parted)] == [
-        0,
-        1,
-    ]
+    assert np.array_equal(figure.get_axes()[0].lines[1].get_ydata(), agreeing.hybrid.samples["torque"][:, 0])
     ends, pair = agreeing.mujoco.touchdowns["time"], []
     for walk in (agreeing.mujoco, agreeing.hybrid):
         torque = walk.samples["torque"].copy()
         torque[walk.samples["time"] > ends[1] + 0.5, 0] = -300.0
         fallen = dataclasses.replace(changed(walk, outcome="fell", rows=2), peak_torque=np.array([300.0, 1.0]))
         pair.append(dataclasses.replace(fallen, samples={**walk.samples, "torque": torque}))
-    ankle, hip, *_ = plot_comparison(again(pair[0], pair[1], controller)).get_axes()
+    ankle = plot_comparison(again(pair[0], pair[1], controller)).get_axes()[0]
     steady = pair[0].samples["torque"][pair[0].samples["time"] <= ends[1]]
     low, high = ankle.get_ylim()
     assert -10.0 < low < steady[:, 0].min() < steady[:, 0].max() < high < 10.0
     assert "unfinished step: ankle to 300" in ankle.get_title("center")
-    assert {text.get_text() for text in hip.texts} == {"both fell"}

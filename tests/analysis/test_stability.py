@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,9 @@ from scipy.integrate import quad_vec, solve_ivp
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.analysis.error_dynamics import evolve, impact_gain, impact_matrix, regressor, system_matrix
-from mjbiped.analysis.stability import Stability, recorded_controller, stability
+from mjbiped.analysis.stability import Stability, stability
 from mjbiped.robots import compass
 from mjbiped.robots.compass import Array
-from scripts.paper.theorem_1 import envelope
 
 gains = st.floats(0.05, 60.0)
 angles = st.floats(-1.0, 1.0)
@@ -89,17 +87,6 @@ def test_transition_and_gramian_against_scipy(controller: AdaptiveController, ga
     assert 3.7 < math.log2(errors[0] / errors[1]) < 4.5
 
 
-def test_envelope_bounds_the_norm_and_is_sharp_at_the_end(controller: AdaptiveController) -> None:
-    time, q, dq = _on_the_cycle(controller, 100)
-    transitions = evolve(controller, time, q, dq).transitions
-    bound = envelope(time, transitions)
-    norms = np.linalg.norm(transitions, 2, axis=(1, 2))
-    curve = bound.gain * np.exp(-bound.rate * time)
-    assert (curve > norms * (1 - 1e-12)).all()  # rounding
-    assert curve[-1] == pytest.approx(norms[-1], rel=1e-12)
-    assert np.isclose(curve[:-1], norms[:-1], rtol=1e-12).any()  # a smaller k_C would cut the norm there
-
-
 # --- touchdown on the limit cycle -------------------------------------------------------------------------------------
 
 
@@ -152,7 +139,7 @@ def test_recorded_errors_obey_22(found: Stability) -> None:
     assert (np.linalg.norm(found.start - found.end, axis=1) > 1e5 * found.residual).all()
 
 
-def test_16_and_17(found: Stability, wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
+def test_16_and_17(found: Stability, wrong: AdaptiveController) -> None:
     """The Lyapunov function falls as they say."""
     weight = 1 / wrong.adaptation_gain
     assert np.abs(found.balance).max() < INTEGRATION * weight
@@ -161,11 +148,6 @@ def test_16_and_17(found: Stability, wrong: AdaptiveController, uneven: mjbiped.
     np.testing.assert_allclose(found.lyapunov, expected, rtol=1e-13)
     within = np.diff(found.step) == 0
     assert np.diff(found.lyapunov)[within].max() < 0.0
-    # what is left at coarse samples is the quadrature's, of fourth order; the finest is free of it
-    coarse, fine = (
-        np.abs(stability(walked(wrong, uneven, steps=2, sample_period=period)).balance).max() for period in (0.02, 0.01)
-    )
-    assert 3.0 < math.log2(coarse / fine) < 6.0
 
 
 def test_estimates_at_the_ends_are_the_recorded_ones(found: Stability, walk: mjbiped.Walk) -> None:
@@ -219,23 +201,6 @@ def test_excitation_and_its_directions(found: Stability) -> None:
     assert (found.excitation[:, 0] > 50.0).all()
     assert (found.excitation[:, 1] / found.excitation[:, 0] < 2.2).all()
     assert (found.weak_direction < math.radians(5)).all()  # the cosine's
-
-
-def test_mujoco_walk_obeys_22_up_to_its_contacts(wrong: AdaptiveController, uneven: mjbiped.Terrain) -> None:
-    """What is left at any timestep is of the contact step and of the foot's rolling."""
-    for timestep in (2e-3, 4e-4):
-        engine = mjbiped.Mujoco(timestep=timestep)
-        residual = stability(walked(wrong, uneven, engine=engine, steps=3, sample_period=4e-3)).residual
-        # measured 1.7e-4 and 1.8e-4; with rates half a step old it was of first order in the step, 1.3e-2 and 2.3e-3
-        assert np.median(residual) < 3e-4
-
-
-def test_record_suffices(walk: mjbiped.Walk, wrong: AdaptiveController, found: Stability, tmp_path: Path) -> None:
-    assert recorded_controller(walk) == wrong
-    walk.save(tmp_path / "walk.npz")
-    again = stability(mjbiped.Walk.load(tmp_path / "walk.npz"))
-    assert np.array_equal(again.errors, found.errors)
-    assert np.array_equal(again.transition, found.transition)
 
 
 def test_refusals(controller: AdaptiveController, walk: mjbiped.Walk) -> None:

@@ -1,7 +1,9 @@
 """What tests of several commands share: files in a working folder, drawings that are none, and what may not be made."""
 
 import sys
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import own_controllers
 import pytest
@@ -10,9 +12,7 @@ from command_line import Drawings, run
 FILES = {
     "trail.csv": "x,z\n-5,0.17461\n0,0\n40,-1.39685\n",  # 2 degrees downhill
     "spread.py": own_controllers.SPREAD,
-    "imitating.py": own_controllers.IMITATING,
     "bare.toml": "thigh_mass = 2.5\n",
-    "odd.toml": 'kind = "kneed"\nthigh = 3.5\n',
     "steps.toml": "steps = 2\n",
     "broken.npz": "no record",
 }
@@ -50,10 +50,15 @@ def no_walk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def drawings(monkeypatch: pytest.MonkeyPatch) -> Drawings:
-    """Nothing is drawn in earnest."""
-    fake = Drawings()
+    """Of which module, what, and how each drawing would be made: its file is written, and nothing is drawn."""
+    found: Drawings = []
+
+    def draw(module: str, shown: object, path: Path, **settings: Any) -> None:
+        found.append((module, shown, settings))
+        path.write_text(module)
+
     for place in ("plotting.walk.plot_walk", "plotting.gait.plot_gait", "plotting.comparison.plot_comparison"):
-        monkeypatch.setattr(f"mjbiped.{place}", getattr(fake, place.rpartition(".")[2]))
-    monkeypatch.setattr("mjbiped.rendering.video.render_video", fake.render_video)
+        monkeypatch.setattr(f"mjbiped.{place}", partial(draw, place.split(".")[1]))
+    monkeypatch.setattr("mjbiped.rendering.video.render_video", partial(draw, "video"))
     monkeypatch.setattr("mjbiped.rendering.gl.gl_available", lambda: "egl")
-    return fake
+    return found

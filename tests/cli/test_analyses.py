@@ -31,7 +31,7 @@ def test_gait_prints_the_cycle(drawings: Drawings, tmp_path: Path) -> None:
     assert re.search(r"period +0\.76484357 +s\s", text)
     assert re.search(r"stable +yes", text)
     assert text.endswith(f"wrote {plot}\n")
-    assert drawings.calls == [("plot_gait", {"slope": pytest.approx(math.radians(2))})]
+    assert drawings == [("gait", mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2)), {})]
 
 
 def test_gait_as_json_is_the_gait() -> None:
@@ -44,10 +44,7 @@ def test_gait_as_json_is_the_gait() -> None:
     found = printed("gait", "--robot", "halved-rods", "--slope-deg", 5.5)
     kneed = mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
     assert found["state_after_heel_strike"] == kneed.start.tolist()
-    assert found["state_before_heel_strike"] == kneed.end.tolist()
-    assert found["rates_before_knee_strike"] == kneed.knee_rates.tolist()
     assert (found["knee_strike_s"], found["clearance_m"]) == (kneed.knee_strike, kneed.clearance)
-    assert found["greatest_flexion_deg"] == pytest.approx(math.degrees(kneed.greatest_flexion))
 
 
 KNEED = pytest.param(("--robot", "kneed"), mjbiped.KneedBiped(), marks=pytest.mark.slow)
@@ -64,13 +61,6 @@ def test_reference_is_the_gait(words: tuple[str, ...], robot: mjbiped.Compass, t
         assert found[f"peak_{joint}_torque_Nm"] == gait.measures.peak_torque[k]
     assert found.get("knee_strike_s") == (pytest.approx(0.88 * gait.period) if words else None)
     assert plot.read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_table_of_a_reference_has_units() -> None:
-    text = ran("reference", "--clearance", "0", "--speed", "0.4")
-    assert re.search(r"speed +0\.4 +m/s", text)
-    assert re.search(r"peak hip torque +\S+ +N m", text)
-    assert re.search(r"clearance phase +-", text)  # nothing is asked of the foot at any phase
 
 
 def test_stability_tells_theorem_1(record: Path, tmp_path: Path) -> None:
@@ -133,12 +123,15 @@ def test_basin_tells_the_shares_and_writes_its_files(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_basin_and_one_that_fails_are_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    failing = "        if t > 0.1:\n            raise KeyError('gone')\n        wanted"
-    own_controllers.write(folder, "failing.py", own_controllers.IMITATING.replace("        wanted", failing))
+    """Of a class of the user's own, which gets robot and gait."""
+    above = "import mjbiped\nfrom dataclasses import dataclass\n@dataclass(frozen=True)"
+    fields = "robot: mjbiped.Compass\ngait: mjbiped.Gait"
+    body = "if t > 0.1:\n    raise KeyError('gone')\nreturn 0.0, 0.0"
+    own_controllers.write(folder, "failing.py", own_controllers.law(body, above=above, fields=fields))
     words = ("basin", "--out", "basin.npz", "--quiet", "--threads", 1)
-    result = run(*words, "--controller", "failing.py:Imitating", "--grid", 2)
+    result = run(*words, "--controller", "failing.py:Law", "--grid", 2)
     assert (result.exit_code, Path("basin.npz").is_file()) == (1, True)
-    assert "Imitating failed in the walk from the rates" in result.stderr
+    assert "Law failed in the walk from the rates" in result.stderr
 
     def interrupted(futures: list[object]) -> object:
         next(as_completed(futures))  # type: ignore[arg-type,var-annotated,unused-ignore]

@@ -43,15 +43,12 @@ def test_a_sweep_leaves_its_files(study: Path, tmp_path: Path, monkeypatch: pyte
     assert list(folder.glob("*.png"))
     for shown in (
         r"finished +5 +83\.3\s",
-        r"\n 3 +2 +0\.03697 +100% ",
         r"no passive gait on ",
         r"best: passive, slope deg 2 \(100 % of 1 finished, median cost of transport 0\.0000, first cell 0\)\n",
     ):
         assert re.search(shown, text), shown
     printed = json.loads(ran("sweep", study, "--json"))
     assert (printed["walks"], printed["outcomes"]) == (6, {"finished": 5, "failed": 1})
-    assert (printed["walks_now"], printed["errors"][0]["first_cell"]) == (0, 1)
-    assert str(folder / "study.csv") in printed["files"]
     assert ran("report", folder) == f"wrote {folder / 'report.html'}\n"
     assert "--no-video is for the report of a walk" in run("report", folder, "--no-video").stderr
     study.write_text(STUDY.replace("steps = 3", "steps = 4"))

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 import mjbiped
 from controllers import KneedController
 from mjbiped.robots.chain import Array
-from mjbiped.terrain.terrain import Terrain
 
 ROBOT = mjbiped.KneedBiped()
 GAIT = mjbiped.find_kneed_gait(ROBOT, math.radians(2.5))
@@ -121,23 +120,6 @@ def test_a_step_that_was_felt_lifts_the_knee() -> None:
         LAW.on_touchdown(memory, (q_before[0], swing, swing), tuple(GAIT.start[:3] + 0.05), tuple(GAIT.start[3:]))
         shanks.append(tracked(LAW, memory, t)[2][0])
     assert shanks[1] - shanks[0] == pytest.approx(5.0 * 0.04, abs=1e-12)
-
-
-def test_level_ground_costs_the_sine_of_the_slope() -> None:
-    """Exact tracking, as without knees; the prototype's 0.0439 is of all sixty steps."""
-    walk = mjbiped.walk(KneedController(ROBOT, GAIT), Terrain.level(), engine="hybrid", steps=12, sample_period=None)
-    assert walk.outcome == "finished"
-    work, x = (np.diff(walk.touchdowns[name][[6, 11]])[0] for name in ("work_net", "x"))
-    # the estimator's error of the first steps is forgotten by a factor of some 0.1 per step
-    assert work / (ROBOT.weight * x) == pytest.approx(math.sin(GAIT.slope), rel=1e-6)
-    assert walk.peak_torque == pytest.approx([5.03, 0.70, 0.02], abs=0.01)
-    assert np.abs(walk.touchdowns["slope_estimate"][-1]) < 1e-6
-
-
-def test_no_torque_on_the_gaits_own_slope() -> None:
-    law = KneedController(ROBOT, GAIT, initial_slope_estimate=GAIT.slope)
-    walk = mjbiped.walk(law, Terrain.incline(2.5), engine="hybrid", steps=3, sample_period=None)
-    assert walk.peak_torque.max() < 1e-4  # N m: of the branches' 1e-6 rad/s^2 times 15 kg m^2, and the strike's 1e-10 s
 
 
 def test_a_bump_that_lowers_the_foot_is_refused() -> None:

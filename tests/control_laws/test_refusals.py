@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import fields
 from typing import Any
 
-import numpy as np
 import pytest
 
 import controllers
@@ -56,14 +53,3 @@ def test_what_is_no_robot_and_no_gait_of_it_is_refused(name: str) -> None:
     for robot, gait in ((GAIT, ROBOT), (None, GAIT), (KNEES if name == "KneedController" else ROBOT, None)):
         with pytest.raises(mjbiped.InputError, match="needs a mjbiped"):
             getattr(controllers, name)(robot, gait)
-
-
-@pytest.mark.parametrize("name", [name for name in LAWS if name != "LibraryController"])  # which searches for a gait
-def test_what_a_law_was_given_is_described_in_json(name: str) -> None:
-    given: Any = np.float64(0.25)  # as a number of NumPy too
-    law = getattr(controllers, name)(ROBOT, GAIT, initial_slope_estimate=given)
-    description = law.describe()
-    assert json.loads(json.dumps(description, allow_nan=False)) == description
-    assert set(description) == {"name", *(field.name for field in fields(law))}
-    assert (description["initial_slope_estimate"], description["gait"]["slope"]) == (0.25, GAIT.slope)
-    assert mjbiped.Compass(**description["robot"]) == ROBOT

@@ -33,12 +33,9 @@ def study(**settings: Any) -> Any:
 
 REFUSED: list[tuple[Any, str]] = [
     (lambda: Disturbances(angle_noise=-1.0), r"angle_noise = -1.0: must be from 0 to 1 rad"),
-    (lambda: Disturbances(torque_limit="much"), "torque_limit = 'much'"),  # type: ignore[arg-type]
     (lambda: Disturbances(torque_limit=(1.0, -2.0)), "torque_limit, number 2 = -2.0"),
     (lambda: walk("hybrid", torque_limit=(1.0, 2.0, 3.0)), "one for each of ankle, hip"),
     (lambda: disturbances_of([("torque_limit", "3,x")], []), "a finite number or numbers with commas"),
-    (lambda: Disturbances(seed=1.5), "seed = 1.5"),  # type: ignore[arg-type]
-    (lambda: Disturbances(pushes=3.0), "pushes, pairs of time"),  # type: ignore[arg-type]
     (lambda: Disturbances(pushes=[(1.0,)]), r"expected shape \(n, 2\)"),  # type: ignore[list-item]
     (lambda: Disturbances(pushes=[(2.0, 1.0), (2.01, 1.0)]), "push_duration = 0.05 s apart"),
     (lambda: Disturbances(pushes=[(float(k), 1.0) for k in range(10_001)]), "number of pushes = 10001"),
@@ -47,16 +44,11 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: Disturbances(delay=0.01).delay_ticks(0.004), "a multiple of the control period 0.004 s"),
     (lambda: Disturbances(delay=0.3).delay_ticks(0.001), "at most 256 control periods"),
     (lambda: Disturbances(control_period=2e-3).period(1e-3, 1e-3), "control_period = 0.002 of disturbances .* contra"),
-    (lambda: Disturbances.from_dict({"angle_nose": 0.1}), "did you mean 'angle_noise'"),
-    (lambda: walk("hybrid", delay=0.0105), "delay = 0.0105"),
     (lambda: walk("mujoco", control_period=0.0015), "control_period = 0.0015: must be a multiple of the timestep"),
     (lambda: walk("hybrid", friction=0.1), "the hybrid engine's stance foot never slips"),
     (lambda: walk(OWN, delay=0.1), "the engine own knows no disturbances"),
     (lambda: mjbiped.walk(PassiveController(), GROUND, disturbances={}), "got dict"),  # type: ignore[arg-type]
     (lambda: disturbances_of([("angl_noise", "1")], []), "--disturb unknown .*did you mean 'angle_noise'"),
-    (lambda: disturbances_of([("delay", "0.1"), ("delay", "0.1")], []), "--disturb delay is given twice"),
-    (lambda: disturbances_of([("pushes", "1")], []), "--disturb unknown disturbance 'pushes'"),
-    (lambda: study(delai=0.1), "unknown setting of disturbances 'delai'"),
     (lambda: study(delay=[0.01, 0.0105]), r"cell 1 \(disturbances.delay = 0.0105\): delay = 0.0105"),
 ]
 
@@ -99,10 +91,9 @@ def test_a_study_varies_disturbances_and_a_summary_has_them() -> None:
     assert "disturbances" not in prompt.settings
     assert late.settings["disturbances"] == {"delay": 0.05}
     assert late.peak_torque.max() > prompt.peak_torque.max()
-    rows = {label: value for label, value, _ in late.summary().rows}
-    assert rows["disturbances"] == "delay 0.05"
     weak = study(torque_limit=["30,20"]).cells[0].walk()
-    assert ("disturbances", "torque limit 30,20", "") in weak.summary().rows
+    for walked, told in ((late, "delay 0.05"), (weak, "torque limit 30,20")):
+        assert ("disturbances", told, "") in walked.summary().rows
 
 
 def test_a_foot_slips_where_the_friction_is_less_than_the_walk_asks_for() -> None:

@@ -13,13 +13,13 @@ import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
 from mjbiped import Disturbances, KneedBiped, Terrain, Walk
 from mjbiped.control.controller import Memory
-from mjbiped.disturbances.loop import SampledController
 
 ENGINES = ("mujoco", "hybrid")
 ROBOT = KneedBiped()
 GROUND = Terrain.slopes(change_deg=-0.5)
 SENSORS: Any = {"angle_noise": 0.002, "rate_noise": 0.02, "angle_bias": 0.003, "rate_bias": -0.01, "seed": 5}
 NOISY = Disturbances(**SENSORS, angle_resolution=0.001, delay=0.004, torque_limit=20.0, motor_bandwidth=30.0)
+SLOW: Any = {"motor_bandwidth": 50.0}
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 CASES = [("mujoco", False), ("hybrid", False), ("hybrid", True)]
 each_case = pytest.mark.parametrize(("engine", "knees"), CASES)
@@ -91,24 +91,15 @@ def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees
 
 
 @each_case
-def test_no_torque_is_greater_than_the_limit(engine: str, knees: bool) -> None:
-    """Without a limit these walks ask for more."""
-    most = 4.0 if knees else 2.0
-    free, bound = (
-        walked(engine, each, knees, steps=6) for each in (None, Disturbances(torque_limit=most, motor_bandwidth=50.0))
-    )
-    assert free.peak_torque.max() > 1.1 * most
-    assert np.abs(bound.samples["torque"]).max() <= most
-    assert bound.peak_torque.max() <= most
-
-
-@each_case
 def test_each_motor_has_its_own_limit(engine: str, knees: bool) -> None:
     """The limits stand in the order of the joints, and a record keeps them; each of these binds."""
     free = walked(engine, Disturbances(control_period=1e-3), knees, steps=6)
     limits = tuple((0.5 * free.peak_torque).tolist())
     bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=6)
+    slow = walked(engine, Disturbances(torque_limit=limits, **SLOW), knees, steps=6)
     assert bound.peak_torque.tolist() == list(limits)
+    assert (slow.peak_torque <= limits).all()
+    assert (np.abs(slow.samples["torque"]) <= limits).all()
     assert bound.settings["disturbances"] == {"torque_limit": list(limits)}
     assert Disturbances.from_dict(bound.settings["disturbances"]).torque_limit == limits
 
@@ -145,16 +136,21 @@ def test_what_waits_goes_to_the_motor_that_it_was_meant_for(engine: str, knees: 
 
 @each_case
 def test_noise_and_bias_of_each_joint_are_as_large_as_they_say(engine: str, knees: bool) -> None:
-    """Of some 120 ticks in one step: five deviations of mean and of deviation are allowed."""
+    """Of some 120 ticks in each of two steps: five deviations of mean and of deviation are allowed."""
     noise, bias = 0.01, 0.005
-    noisy = clocked(engine, knees, reading=True, angle_noise=noise, angle_bias=bias, seed=1).samples
-    true = clocked(engine, knees, reading=True).samples
-    error = 1e7 * (noisy["torque"] - true["torque"])[slice(2, 595, 5)]  # one sample in each tick
-    count = len(error)
-    assert (np.abs(error.mean(axis=0) - bias) < 5.0 * noise / math.sqrt(count)).all()
-    assert (np.abs(error.std(axis=0) / noise - 1.0) < 5.0 / math.sqrt(2.0 * count)).all()
-    # joints have nothing to do with one another: five deviations of a correlation
-    assert np.abs(np.corrcoef(error.T)[np.triu_indices(len(error.T), 1)]).max() < 5.0 / math.sqrt(count)
+    walk, true = (
+        clocked(engine, knees, reading=True, steps=2, **given)
+        for given in ({"angle_noise": noise, "angle_bias": bias, "seed": 1}, {})
+    )
+    time, touched = true.samples["time"], true.touchdowns["time"][0]
+    for begin, end, hip in ((0.0, touched, 1.0), (touched, time[-1], -1.0)):  # an encoder's sign is that of the legs
+        rows = np.flatnonzero((time > begin + 0.01) & (time < end - 0.01) & (np.round(1e3 * time) % 5 == 2))
+        error = 1e7 * (walk.samples["torque"] - true.samples["torque"])[rows]  # one sample in each tick
+        count, joints = len(error), [1.0, hip, 1.0][: error.shape[1]]
+        assert (np.abs(error.mean(axis=0) - np.multiply(bias, joints)) < 5.0 * noise / math.sqrt(count)).all()
+        assert (np.abs(error.std(axis=0) / noise - 1.0) < 5.0 / math.sqrt(2.0 * count)).all()
+        # joints have nothing to do with one another: five deviations of a correlation
+        assert np.abs(np.corrcoef(error.T)[np.triu_indices(len(error.T), 1)]).max() < 5.0 / math.sqrt(count)
 
 
 @each_engine
@@ -168,15 +164,6 @@ def test_encoders_are_off_by_half_a_step_at_most(engine: str) -> None:
     at_ticks = np.abs(read["time"] / 0.005 - np.round(read["time"] / 0.005)) < 1e-6
     if engine == "mujoco":  # samples on a tick are taken after it
         assert np.abs(shown - joints)[at_ticks][:-2].max() <= 0.5 * step + 1e-9
-
-
-def test_both_engines_hear_the_same_noise() -> None:
-    first, second = (
-        1e7 * clocked(engine, False, reading=True, angle_noise=0.01, seed=9).samples["torque"][2:740:5]
-        for engine in ENGINES
-    )
-    # the noise is the same, number by number; the motions differ by 1e-4 rad and less
-    assert np.abs(first - second).max() < 1e-3
 
 
 @each_engine
@@ -193,37 +180,6 @@ def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
     expected = 1.0 - np.exp(-rate * period * np.arange(30)) * (1.0 - math.exp(-rate * period)) / (rate * period)
     # samples in the middle of ticks; the numbers are the same but for rounding
     np.testing.assert_allclose(walk.samples["torque"][1:61:2, 1] * 1e6, expected, rtol=1e-9)
-
-
-def test_what_a_controller_is_told_is_each_joints_encoder() -> None:
-    """Where there is bias alone each joint's error is known: that of the hip has the sign of the standing leg."""
-
-    class Told(KneedClock):
-        """Keeps what it is told at events, for the test to look at."""
-
-        def on_touchdown(self, memory: Memory, *states: Any) -> None:
-            heard.append(np.concatenate(states))
-
-        def on_knee_strike(self, memory: Memory, t: float, *states: Any) -> None:
-            heard.append(np.concatenate(states))
-
-    heard: list[Any] = []
-    loop: Any = SampledController(Told(), Disturbances(angle_bias=0.01, rate_bias=0.1), 1e-3)
-    memory = [0.0] * loop.memory_size
-    before, after, rates = np.array([0.1, -0.2, 0.3]), np.array([-0.2, 0.1, 0.1]), np.array([1.0, 2.0, 3.0])
-    loop.start(memory, before, rates)
-    loop.on_knee_strike(memory, 0.4, before, rates)
-    loop.on_touchdown(memory, before, after, rates)
-    loop.on_knee_strike(memory, 0.4, before, rates)
-    left, right = np.array([0.01, 0.02, 0.03]), np.array([0.01, 0.0, 0.01])  # ankle, plus or minus hip, plus knee
-    expected = [
-        (before + left, rates + 10.0 * left),
-        # the posture is read once at the hip, which is right to left in the new roles
-        (before + left, after + right, rates + 10.0 * right),
-        (before + right, rates + 10.0 * right),
-    ]
-    for found, wanted in zip(heard, expected, strict=True):
-        np.testing.assert_allclose(found, np.concatenate(wanted), rtol=0.0, atol=1e-15)
 
 
 def test_engines_agree_about_the_cost_of_noise() -> None:

@@ -78,17 +78,6 @@ def test_mujoco_gives_a_pushs_whole_impulse(lands: bool, gait: mjbiped.Gait) -> 
     assert {round(0.1 / 0.0507, 6), round(-0.5 / 0.0507, 6), 0.0} <= forces
 
 
-def test_engines_agree_about_a_pushed_walk(controller: Controller) -> None:
-    """As closely as about one that is not pushed, where a push begins on a step of MuJoCo's (docs/physics.md)."""
-    given = Disturbances(pushes=((0.5, 2.0), (3.0, -2.0)))
-    mujoco_, hybrid = (pushed(engine, given, controller, steps=8) for engine in ENGINES)
-    free = pushed("hybrid", None, controller, steps=8)
-    pushes_effect = np.abs(hybrid.touchdowns["q"] - free.touchdowns["q"]).max()
-    assert pushes_effect > 3e-3
-    np.testing.assert_allclose(mujoco_.touchdowns["q"], hybrid.touchdowns["q"], atol=0.03 * pushes_effect)
-    assert math.isclose(mujoco_.cost_of_transport, hybrid.cost_of_transport, rel_tol=2e-3)
-
-
 def test_random_pushes_come_by_chance() -> None:
     given = Disturbances(push_impulse=2.0, push_interval=0.5, push_duration=0.1, seed=4)
     times, impulses = np.array(given.pushes_until(2000.0)).T

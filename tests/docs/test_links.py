@@ -1,12 +1,14 @@
-"""Links between pages lead somewhere on GitHub, where Sphinx does not look; names in the glossary exist."""
+"""What Sphinx does not look at: links between pages on GitHub, names in the glossary, tables that the site makes."""
 
+import importlib
 import re
 from pydoc import locate
 
 import pytest
-from documentation import PAGES, ROOT, TABLES, text
+from documentation import PAGES, ROOT, TABLES, table, text
 
 from mjbiped.records import columns
+from scripts.benchmarks import __main__ as benchmarks
 
 LINK = re.compile(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]+))?\)")
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
@@ -49,3 +51,18 @@ def test_names_of_the_glossary_exist() -> None:
     for name in re.findall(r'touchdowns\["(\w+)"\]', page):
         assert name in columns.TOUCHDOWNS
     assert not exists("mjbiped.Compass.foot_mass")
+
+
+def test_tables_have_every_column_and_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))  # which is no package
+    lookups = importlib.import_module("lookups")
+    for name in ("samples", "touchdowns"):
+        heads, *rows = getattr(lookups, name)()
+        assert {len(row) for row in rows} == {len(heads)}
+        assert {f"`{column}`" for column in getattr(columns, name.upper())} <= {row[0] for row in rows}
+    assert ["`timestep`", "from 1e-06 to 0.004 s"] in lookups.limits()
+
+
+def test_each_benchmark_has_its_table() -> None:
+    for name, benchmark in benchmarks.BENCHMARKS.items():
+        assert [*table("performance", name)[0]] == [heading.replace("`", "") for heading in benchmark.headings]

@@ -1,7 +1,6 @@
 """Feet set about every kind of break: which segment they stand on, in both engines, and what the impact is there."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,61 +17,40 @@ OFFSETS = (-1.1e-4, -5e-5, -3e-6, 2e-5, 8e-5, 1e-3)
 PLACE = 0.36  # about where the foot comes down, m
 
 
-class Break(NamedTuple):
-    """A break of the ground.
-
-    Attributes:
-        before: Slope before it, degrees.
-        after: Slope after it, degrees.
-        rise: Of the step there, m; positive up.
-        ground: How it is built.
-    """
-
-    before: float
-    after: float
-    rise: float = 0.0
-    ground: str = "auto"
-
-    def terrain(self, place: float) -> Terrain:
-        """The ground with its break at a place (m); both parts stay where they are."""
-        before, after = math.radians(self.before), math.radians(self.after)
-        height = self.rise - math.tan(before) * PLACE - math.tan(after) * (place - PLACE)
-        return Terrain((0.0, place), (0.0, height), (before, after))
-
-
+# slopes before and after the break, degrees, its step, m, and how MuJoCo's ground is built
 BREAKS = {
-    "step down, boxes": Break(0.0, 0.0, -0.02),
-    "step up, heightfields": Break(0.5, 1.3, 0.012),
-    "crest of two boxes": Break(0.5, 3.0, ground="boxes"),
-    "valley of two heightfields": Break(2.0, -1.0),
+    "step down, boxes": (0.0, 0.0, -0.02, "auto"),
+    "step up, heightfields": (0.5, 1.3, 0.012, "auto"),
+    "crest of two boxes": (0.5, 3.0, 0.0, "boxes"),
+    "valley of two heightfields": (2.0, -1.0, 0.0, "auto"),
 }
 EXACT = {"mujoco": (EDGE, BESIDE, OVER), "hybrid": (CORNER, FACE_WIDTH, FACE_WIDTH)}
 
 
-def landed(gait: mjbiped.Gait, engine: str, made: Break, place: float) -> mjbiped.Walk:
-    """The passive gait's last moments, with the swing foot let down on the ground whose break is at a place."""
+def landed(gait: mjbiped.Gait, engine: str, name: str, place: float) -> mjbiped.Walk:
+    """The passive gait's last moments, with the swing foot let down on the ground whose break is at a place.
+
+    Both parts of the ground stay where they are, wherever the break is.
+    """
+    *slopes, rise, ground = BREAKS[name]
+    before, after = np.radians(slopes).tolist()
+    height = rise - math.tan(before) * PLACE - math.tan(after) * (place - PLACE)
     q, dq, _ = gait.reference(gait.period - LEAD)
-    return mjbiped.walk(
-        PassiveController(),
-        made.terrain(place),
-        engine=mjbiped.Mujoco(ground=made.ground) if engine == "mujoco" else engine,
-        steps=1,
-        initial=(*q.tolist(), *dq.tolist()),
-        scuffing=mjbiped.ScuffingRule(reach=0.05, delay=0.0),
-        sample_period=1.0,
-    )
+    scuffing, law = mjbiped.ScuffingRule(reach=0.05, delay=0.0), PassiveController()
+    made = mjbiped.Mujoco(ground=ground) if engine == "mujoco" else engine
+    terrain = Terrain((0.0, place), (0.0, height), (before, after))
+    return mjbiped.walk(law, terrain, engine=made, steps=1, initial=(*q, *dq), scuffing=scuffing, sample_period=1.0)
 
 
 @pytest.mark.parametrize("name", BREAKS)
 @pytest.mark.parametrize("engine", ["mujoco", "hybrid"])
 def test_feet_about_a_break(name: str, engine: str, gait: mjbiped.Gait) -> None:
     """The foot comes down on the segment that it is over, with its slope and the impact map's rates."""
-    made = BREAKS[name]
     # where the foot comes down on the upper ground, or before the break where there is no step up
-    foothold = float(landed(gait, engine, made, PLACE - 0.03 if made.rise > 0.0 else 0.6).touchdowns["x"][0])
+    foothold = float(landed(gait, engine, name, PLACE - 0.03 if "up" in name else 0.6).touchdowns["x"][0])
     for offset in OFFSETS:
         place = foothold - offset  # the foot would come down so far behind it, were the ground there as it is here
-        walk = landed(gait, engine, made, place)
+        walk = landed(gait, engine, name, place)
         assert walk.steps == 1
         x, z, slope = (float(walk.touchdowns[name][0]) for name in ("x", "z", "slope"))
         profile = walk.terrain.profile

@@ -14,7 +14,6 @@ import mjbiped
 from mjbiped.envs import load
 from mjbiped.envs.single import WalkEnv
 from mjbiped.rendering.gl import ensure_gl, gl_available
-from mjbiped.rules.termination import Outcome
 
 pytest.importorskip("dm_control", reason="mjbiped.envs.load needs dm_control, which pip does not install on 3.13")
 
@@ -66,9 +65,7 @@ def test_an_episode_ends_at_a_fall_and_at_the_time_limit() -> None:
     while not step.last():
         step = env.step([11.0, 0.0])
     assert step.discount == 0.0
-    assert env.physics.outcome() is not Outcome.WALKING
-    assert env.physics.walk().outcome == env.physics.outcome().words
-    assert env.step([0.0, 0.0]).first()
+    assert env.physics.walk().outcome == env.physics.outcome().words != "interrupted"
     limited = load("walk_level", {"residual": True, "time_limit": 0.5})
     step, count = limited.reset(), 0
     while not step.last():
@@ -146,17 +143,17 @@ def test_the_viewers_runtime_runs_and_begins_again() -> None:
     running.stop()
 
 
-MISTAKES: dict[str, tuple[Any, ...]] = {
-    "did you mean 'walk_random'": ("walk_rndom",),
-    "valid are flat_observation": ("walk_level", {}, {"n_sub_steps": 2}),
-    "random = -1": ("walk_level", {"random": -1}),
-}
-
-
-@pytest.mark.parametrize("words", MISTAKES)
-def test_mistakes_are_named(words: str) -> None:
+@pytest.mark.parametrize(
+    ("words", "given"),
+    [
+        ("did you mean 'walk_random'", ("walk_rndom",)),
+        ("valid are flat_observation", ("walk_level", {}, {"n_sub_steps": 2})),
+        ("random = -1", ("walk_level", {"random": -1})),
+    ],
+)
+def test_mistakes_are_named(words: str, given: tuple[Any, ...]) -> None:
     with pytest.raises(mjbiped.InputError, match=words):
-        load(*MISTAKES[words])
+        load(*given)
 
 
 WITHOUT = """
@@ -187,13 +184,10 @@ def test_where_a_package_is_missing(missing: str, code: str, said: str) -> None:
 
 def test_each_seed_draws_episodes_of_its_own() -> None:
     grounds = []
-    for seed in (1, 1, 2):
-        env = load("walk_random", {"random": seed})
+    for random in (1, 1, 2, np.random.RandomState(1)):
+        env = load("walk_random", {"random": random})
         for _ in range(2):
             env.reset()
             grounds.append(env.physics.walk().terrain.x)
     assert grounds[:2] == grounds[2:4]
-    assert len({*grounds}) == 4
-    same = load("walk_random", {"random": np.random.RandomState(1), "terrain": {"seed": 4}})
-    same.reset()
-    assert same.physics.walk().terrain == mjbiped.Terrain.random(seed=4, length=15.0)
+    assert len({*grounds[2:]}) == 6

@@ -33,15 +33,12 @@ def drawn_by(task: WalkTask, seed: int = 0) -> Episode:
     ("settings", "name", "made"),
     [
         ({"robot": mjbiped.KneedBiped()}, "robot", mjbiped.KneedBiped()),
-        ({"robot": "kneed"}, "robot", mjbiped.KneedBiped()),
         ({"robot": {"kind": "kneed", "thigh_mass": 4.0}}, "robot", mjbiped.KneedBiped(thigh_mass=4.0)),
         ({"robot": {"sole": (0.05, 0.15)}}, "robot", mjbiped.Compass(sole=(0.05, 0.15))),
         ({"terrain": mjbiped.Terrain.stairs(rise=0.01)}, "terrain", mjbiped.Terrain.stairs(rise=0.01)),
-        ({"terrain": {"name": "stairs", "rise": 0.01}}, "terrain", mjbiped.Terrain.stairs(rise=0.01)),
         ({"name": "walk_stairs", "terrain": {"rise": 0.01}}, "terrain", mjbiped.Terrain.stairs(rise=0.01)),
         ({"terrain": "mixed"}, "terrain", mjbiped.Terrain.mixed()),
         ({"disturbances": LIMIT.to_dict()}, "disturbances", LIMIT),
-        ({}, "disturbances", mjbiped.Disturbances()),
     ],
 )
 def test_objects_names_and_tables_say_the_same(settings: dict[str, Any], name: str, made: object) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from foreign_models import DOWNHILL, LEVEL, ROBOTS, addresses, mass_matrix_in, some_angles
 from numpy.typing import NDArray
-from simulations import build_scene
 from urdf_parser_py.urdf import URDF
 
 import mjbiped
@@ -83,25 +82,6 @@ def test_passive_step_is_that_of_the_engine(name: str, tmp_path: Path) -> None:
     assert np.abs(whole - expected).max() < 0.02 * np.ptp(leg)
 
 
-def test_ground_is_that_of_the_engine(tmp_path: Path) -> None:
-    """With the segment that begins where the first swing foot may land, all pieces are where the engine has them."""
-    robot, terrain = ROBOTS["kneed"], mjbiped.Terrain.random(seed=3, roughness=0.004)
-    model, _ = exported(tmp_path, robot, terrain, initial="rest")
-    other = build_scene(robot, terrain, timestep=TIMESTEP, reach=62.0).model
-    for kind in ("ground_", "riser_"):
-        # the part behind the cut is one piece more in the first stretch, and one segment more before each riser
-        ours, theirs = (places(each, kind, beyond=1.0) for each in (model, other))
-        assert len(ours) > 9
-        assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-12)
-    assert model.hfield_data[-20:].tolist() == other.hfield_data[-20:].tolist()
-
-
-def places(model: mujoco.MjModel, kind: str, beyond: float) -> NDArray[np.float64]:
-    """Place, size and direction of all geoms of a kind from a place x (m) on."""
-    geoms = [model.geom(k) for k in range(model.ngeom) if model.geom(k).name.startswith(kind)]
-    return np.array([[*geom.pos, *geom.size, *geom.quat] for geom in geoms if geom.pos[0] > beyond])
-
-
 def test_first_states_are_those_of_walks(tmp_path: Path) -> None:
     walk = mjbiped.walk(Unpowered(), mjbiped.Terrain.incline(2.0), steps=1)
     _, data = exported(tmp_path, walk.robot, walk.terrain, initial=walk.settings["initial"])
@@ -168,9 +148,6 @@ def test_parser_of_ros_reads_the_tree(tmp_path: Path) -> None:
     read = URDF.from_xml_string((tmp_path / "kneed.urdf").read_bytes())
     assert (read.name, read.get_root()) == ("mjbiped_kneed", "world")
     assert sorted(read.joint_map) == sorted(robot.places)
-    assert read.get_chain("world", "right_shank", links=False) == ["hip_x", "hip_z", "right", "right_knee"]
     shank, knee = read.link_map["left_shank"], read.joint_map["left_knee"]
     assert (shank.inertial.mass, shank.inertial.inertia.iyy) == (1 / 7, robot.shank_inertia)
-    assert shank.inertial.origin.xyz == [0.0, 0.0, -0.09]
     assert (knee.type, knee.origin.xyz, knee.limit.lower) == ("revolute", [0.0, 0.0, -0.5], 0.0)
-    assert [each.geometry.length for each in shank.visuals if hasattr(each.geometry, "length")] == [0.5]

@@ -69,65 +69,42 @@ def merges_of_merges(levels: int) -> str:
 
 NASTY_YAML = (
     *(f"segments: [[{value}, 0]]" for value in (*NUMBERS, *TAGGED)),
-    *(f"segments: {value}" for value in (*NUMBERS, *TAGGED)),
-    *(f"{value}: 1" for value in TAGGED),
     merges_of_merges(12),
     "segments: " + "[" * 100_000,
-    "a: " * 2000 + "1",
-    "- " * 2000 + "1",
     "segments: &s [*s]",
     "segments: [[1, 0]]\n---\nsegments: [[1, 0]]",
-    "%YAML 9.9\n---\nsegments: [[1, 0]]",
-    'segments: "\\UFFFFFFFF"',
-    "\u2028\u2029\x85",
     "\x07",
 )
 NASTY_TOML = (
     *(f"segments = [[{value}, 0]]" for value in NUMBERS),
-    *(f"segments = {value}" for value in NUMBERS),
     "segments = " + "[" * 100_000,
-    "segments = " + "{a=" * 2000 + "1",
     "segments" + ".a" * 5000 + " = 1",
-    'segments = "\\UFFFFFFFF"',
-    "segments = [[1, 0]]\nsegments = [[1, 0]]",
     "[segments]\nlength = 1",
-    "segments = [[1, 0]]\r\r\n",
 )
 NASTY_ASC = (
     *(ASC.replace(old, f"{old.split()[0]} {value}") for old in ASC.splitlines()[:6] for value in NUMBERS),
-    *(ASC.replace("0.05", value) for value in NUMBERS),
     ASC.replace("0.05", "0 " * 1_000_000),
-    "ncols 2\n" * 10_000,
     "\n" * 100_000 + "0 0",
-    "ncols",
 )
 NASTY_CSV = (
-    *(f"0,0\n{value},0\n" for value in NUMBERS),
     *(f"0,0\n1,{value}\n" for value in NUMBERS),
     "0,0\n" * 2000,
     "," * 100_000,
     "\n" * 100_000 + "0,0",
-    "0,0\n1,0" + "0" * 100_000,
-    "-1e5,0\n1e5,0\n",
     "0,0\n5e-324,0\n1,0\n",
 )
 KEYS = ("seed", "samples", "steps", "distance", "timestep", "engine", "initial", "terrain", "plot")
 NASTY_STUDIES = (
     *(f"{key} = {value}" for key in KEYS for value in NUMBERS),
     *(f"controller = {{ position_gain = {value} }}" for value in NUMBERS),
-    *(f"samples = 2\ncontroller = {{ position_gain = {value} }}" for value in NUMBERS),
     *(f"robot = {{ upper_length = {value} }}" for value in NUMBERS),
     *(f"samples = 2\nterrain = {{ name = 'random', rise = {value} }}" for value in NUMBERS),
-    *(f"terrain = {{ name = 'stairs', count = {value} }}" for value in NUMBERS),
     *(f"terrain = {{ file = {value} }}" for value in NUMBERS),
     *(f"initial = {{ around = 'rest', q1 = {value} }}" for value in NUMBERS),
     "terrain = { file = '/' }",
-    "terrain = { file = '../" + "x" * 5000 + ".csv' }",
     "terrain = { file = '\\u0000.csv' }",
-    "".join(f"[[robot]]\nhip_mass = {{ from = {n}.0, to = {n}.5, count = 100000 }}\n" for n in range(3)),
     "controller = { " + ", ".join(f"{name} = {{ from = 1, to = 2, count = 100000 }}"
                                   for name in ("position_gain", "velocity_gain", "adaptation_gain")) + " }",
-    f"controller = {{ position_gain = {[*range(1, 20_001)]} }}\nsteps = {[*range(1, 60)]}",
     "terrain = " + "[" * 100_000,
 )  # fmt: skip
 

@@ -8,7 +8,6 @@ import io
 import json
 import math
 import random
-import sqlite3
 import tomllib
 import zipfile
 from collections.abc import Callable
@@ -113,24 +112,6 @@ def places_of(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [path, *(place for key, part in items for place in places_of(part, (*path, key)))]
 
 
-def change_members(draw: random.Random, content: bytes) -> bytes:
-    members = members_of(content)
-    one, other = draw.sample(list(members), 2)
-    match draw.randrange(5):
-        case 0:
-            del members[one]
-        case 1:
-            members[one] = members[other]
-        case 2:
-            name = draw.choice(("x.npy", "samples/.npy", "samples/a/b.npy", "touchdowns/", "../x.npy"))
-            members[name] = members.pop(one)
-        case 3:
-            members[one] = draw.choice((b"", b"\x93NUMPY", draw.randbytes(50), members[one] + draw.randbytes(8)))
-        case _:  # twice the same name
-            return packed(members).replace(other.encode(), one.encode().ljust(len(other), b"_")[: len(other)])
-    return packed(members)
-
-
 def change_array(draw: random.Random, content: bytes) -> bytes:
     members = members_of(content)
     name = draw.choice([name for name in members if name != "header.npy"])
@@ -173,7 +154,7 @@ def change_header(draw: random.Random, content: bytes) -> bytes:
     return packed(members)
 
 
-DAMAGES = (change_bytes, change_members, change_array, change_array, change_header, change_header)
+DAMAGES = (change_bytes, change_array, change_array, change_header, change_header)
 
 
 def is_loaded(path: Path, *, drawn: bool) -> bool:
@@ -252,23 +233,3 @@ def test_damaged_tables(cases: range, table: bytes, tmp_path: Path) -> None:
     contents = {case: change_bytes(random.Random(case), table) for case in cases}
     taken = sum(within_limits(case, lambda: is_taken(content, tmp_path)) for case, content in contents.items())  # noqa: B023
     assert 0 < taken < len(cases)
-
-
-CHANGES = {
-    "ALTER TABLE cells DROP COLUMN strikes": "its columns are others",
-    "ALTER TABLE cells ADD COLUMN more": "its columns are others",
-    f"UPDATE identity SET value = '{'[' * 5000}' WHERE kind = 'study'": "no table of mjbiped's, or damaged",
-    "DELETE FROM identity WHERE kind = 'format'": "format was nothing, is 1",
-}
-
-
-@pytest.mark.parametrize(("change", "message"), CHANGES.items())
-def test_tables_that_others_left(table: bytes, tmp_path: Path, change: str, message: str) -> None:
-    (tmp_path / "study.sqlite").write_bytes(table)
-    with contextlib.closing(sqlite3.connect(tmp_path / "study.sqlite")) as database, database:
-        database.execute(change)
-    with pytest.raises(MjbipedError, match=message) as refused, opened(tmp_path, "study", COLUMNS, IDENTITY) as store:
-        store.rows()
-    assert "--fresh" in str(refused.value)
-    with opened(tmp_path, "study", COLUMNS, IDENTITY, fresh=True) as store:
-        assert store.rows() == []

@@ -31,10 +31,3 @@ def test_walks_are_possible(engine: str, seeds: range) -> None:
     wanted = {"finished", "fell"} | ({"stalled"} if seeds == FAST else set())
     # of MuJoCo's no first seed diverges; tests/engines/mujoco/test_outcomes.py has a walk that does
     assert outcomes >= wanted | ({"diverged"} if seeds == FAST and engine == "hybrid" else set())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-def test_walks_repeat_bit_by_bit(engine: str) -> None:
-    for seed in FAST[:8]:
-        assert some_walk(seed, engine) == some_walk(seed, engine)

@@ -1,11 +1,10 @@
-"""Passive gaits with knees: published numbers, an integration written anew, ends of branches, and trajectories."""
+"""Passive gaits with knees: published numbers, joints of a step, ends of branches, and trajectories."""
 
 import math
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from mjbiped import GaitError, KneedBiped, KneedGait, RoundKneed, find_kneed_gait
 from mjbiped.gaits.cycle import free_motion
@@ -95,44 +94,6 @@ def test_every_part_of_the_step_joins_the_next(which: str, request: pytest.Fixtu
     lost = robot.kinetic_energy(gait.end[:3], gait.end[3:]) - robot.kinetic_energy(gait.start[:3], gait.start[3:])
     lost += energies[0][0] - energies[1][0]
     assert lost == pytest.approx(gait.step_length * math.sin(gait.slope) * robot.weight, rel=1e-8)
-
-
-def test_an_integration_written_anew_comes_back_and_has_the_same_multipliers(gait: KneedGait) -> None:
-    """With one chain of three segments throughout, whose knee a force holds straight once it has struck."""
-    robot, slope = gait.robot, gait.slope
-    between = np.array([0.0, 1.0, -1.0])
-
-    def law(locked: bool, y: Array) -> Array:
-        q, dq = y[:3], y[3:]
-        M = robot.mass_matrix(q)
-        free = np.linalg.solve(M, -robot.coriolis_matrix(q, dq) @ dq - robot.gravity_vector(q, slope))
-        if locked:
-            turn = np.linalg.solve(M, between)
-            free -= turn * (between @ free) / (between @ turn)
-        return np.concatenate([dq, free])
-
-    def walked(start: Array) -> Array:
-        y = np.concatenate([start[0] * np.array([1, -1, -1]), start[[1, 2, 2]]])
-        for locked in (False, True):
-
-            def strike(_: float, y: Array, locked: bool = locked) -> float:
-                return float(robot.swing_foot(y[:3])[1] if locked else y[2] - y[1])
-
-            strike.terminal, strike.direction = True, -1  # type: ignore[attr-defined]
-            terms: Any = {"events": strike, "rtol": 1e-9, "atol": 1e-9, "max_step": 0.02}
-            solved: Any = solve_ivp(lambda _, y, locked: law(locked, y), (0, 1), y, args=(locked,), **terms)
-            y = solved.y_events[0][0]
-            turn = np.linalg.solve(robot.mass_matrix(y[:3]), between)
-            y[3:] -= turn * (between @ y[3:]) / (between @ turn)
-        q, dq = robot.heel_impact(y[:2], y[3:5])
-        return np.array([q[0], *dq])
-
-    start = gait.start[[0, 3, 4]]
-    np.testing.assert_allclose(walked(start), start, rtol=0, atol=1e-7)  # some 1e2 steps of relative error 1e-9
-    width = 1e-3  # truncation about 1e-4 of the multipliers, noise 1e-7 / 1e-3
-    columns = [(walked(start + d) - walked(start - d)) / (2 * width) for d in width * np.eye(3)]
-    multipliers = np.linalg.eigvals(np.column_stack(columns))
-    np.testing.assert_allclose(np.sort_complex(multipliers), np.sort_complex(gait.multipliers), rtol=0, atol=1e-3)
 
 
 @pytest.mark.slow

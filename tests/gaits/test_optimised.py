@@ -52,20 +52,6 @@ def test_a_prototypes_values(robot: mjbiped.Compass, clearance: float, period: f
     assert (gait.period, gait.end[0]) == pytest.approx((period, half), rel=0.04)
 
 
-@pytest.mark.slow
-def test_less_is_asked_for_less_is_paid(robot: mjbiped.Compass, high: OptimisedGait) -> None:
-    """The paper's controller needs sin 2° = 0.0349 on level ground; knees save far more."""
-    assert find_reference(robot, clearance=0.0).cost_of_transport < 0.022
-    height = high.measures.greatest_clearance
-    free = find_reference(robot, clearance=height, retraction=False)
-    assert free.cost_of_transport < 0.95 * high.cost_of_transport
-    assert free.measures.greatest_clearance == pytest.approx(height, abs=1e-4)  # the constraint is active
-    flat = find_reference(LIGHT, clearance=0.0)
-    assert flat.cost_of_transport < 0.0102
-    assert min(LIGHT.swing_foot(q)[1] for q in flat.reference(np.linspace(0.01, 0.99, 99) * flat.period)[0]) > 0.0
-    assert find_reference(LIGHT, clearance=HIGH, retraction=False).cost_of_transport < 0.0204
-
-
 @pytest.mark.parametrize(
     "each", [pytest.param(each, marks=[] if each["asked"] == USUAL else pytest.mark.slow) for each in STORED]
 )
@@ -79,14 +65,6 @@ def test_searches_end_where_the_stored_ones_did(each: dict[str, Any]) -> None:
 
 
 # ---- demands ---------------------------------------------------------------------------------------------------------
-
-
-def test_it_repeats_itself_exactly(robot: mjbiped.Compass, high: OptimisedGait) -> None:
-    q, dq = robot.impact(high.end[:2], high.end[2:])
-    np.testing.assert_allclose([*q, *dq], high.start, rtol=0, atol=1e-13)  # rounding
-    both = [np.concatenate([each[0] for each in high.reference([t])[:2]]) for t in (0.0, high.period)]
-    # rounding of the table's pieces, some 1e-12, times 16 of them in a period
-    np.testing.assert_allclose(both, [high.start, high.end], rtol=0, atol=1e-10)
 
 
 @with_knees
@@ -182,22 +160,6 @@ def test_cost_as_walked(high: OptimisedGait, engine: str, tolerance: float) -> N
     assert walk.peak_torque.max() == pytest.approx(max(high.measures.peak_torque), rel=10 * tolerance)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("replanning", ["paper", "additive"])
-def test_it_climbs_what_the_passive_gait_does_not(gait: mjbiped.Gait, replanning: str) -> None:
-    """A step of 0.06 m at twelve places of its edge, at the paper's cost; under 50 N m down a step of 0.1 m, too."""
-    cheap = find_reference(gait.robot, clearance=0.04)
-    assert cheap.cost_of_transport < 0.036
-    for imitated, rise, climbed in ((cheap, 0.06, 12), (cheap, -0.1, 12), (gait, 0.06, 0)):
-        controller = AdaptiveController(gait.robot, imitated, replanning=replanning)
-        edges = [(2 + k / 12) * imitated.step_length for k in range(12)]
-        grounds = [mjbiped.Terrain.from_segments([(edge, 0, 0), (50, 0, rise)]) for edge in edges]
-        terms: Any = {"engine": "hybrid", "steps": 12, "sample_period": None}
-        walks = [mjbiped.walk(controller, ground, **terms) for ground in grounds]
-        assert sum(walk.outcome == "finished" for walk in walks) == climbed
-        assert not climbed or max(walk.peak_torque.max() for walk in walks) < 50.0
-
-
 @pytest.mark.parametrize("ahead", [-1.0, 1.0])
 def test_friction_is_bounded_whichever_way_the_foot_pushes(robot: mjbiped.Compass, ahead: float) -> None:
     """Of steps whose stance leg leans forwards early, or late: the ground pushes more forwards, or backwards."""
@@ -272,9 +234,9 @@ def test_a_passive_gait_is_kept_bit_by_bit(robot: mjbiped.Compass, folder: Path)
     again = mjbiped.find_passive_gait(robot, math.radians(1.7))
     assert again is not first
     assert file.stat().st_mtime_ns == written  # it was not searched for again
-    assert (again.tables, again.period, again.step_length) == (first.tables, first.period, first.step_length)
-    for name in ("start", "end", "multipliers"):
-        assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
+    assert again.tables == first.tables
+    for name in ("start", "end", "multipliers", "period", "step_length"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
 
 
 @pytest.mark.slow

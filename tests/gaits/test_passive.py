@@ -144,9 +144,6 @@ def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait)
     def height(t: float) -> float:
         return float(robot.swing_foot(gait.reference(t)[0])[1])
 
-    def clearance_rate(q: Array, dq: Array) -> float:
-        return float(robot.leg_length * (math.sin(q[1]) * dq[1] - math.sin(q[0]) * dq[0]))
-
     falls, rises = (brentq(height, a * period, b * period, xtol=1e-14) for a, b in ((0.30, 0.42), (0.42, 0.60)))
     lowest = minimize_scalar(height, bounds=(falls, rises), method="bounded", options={"xatol": 1e-9})
     shares = falls / period, (rises - falls) / period
@@ -155,34 +152,5 @@ def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait)
     q, dq, _ = gait.reference(falls)
     along, _ = robot.swing_foot(q)
     assert along == pytest.approx(-0.086507, abs=5e-7)  # between the feet: the legs have not passed each other
-    assert clearance_rate(q, dq) == pytest.approx(-0.0617, abs=5e-5)
-    # after the impact map's impact there the other foot is on the ground, ahead, and moves into it: (4) holds again
-    q_plus, dq_plus = robot.impact(q, dq)
-    np.testing.assert_allclose(robot.swing_foot(q_plus), [-along, 0.0], rtol=0, atol=1e-9)
-    assert clearance_rate(q_plus, dq_plus) < -0.05
-
-
-# ---- Table I's robot on 2 degrees, to the digits of two programs written before this one, independently --------------
-
-
-def test_gait_on_two_degrees(robot: Compass, gait: PassiveGait) -> None:
-    """States, period, step length, speed, multipliers, energies."""
-    ends = [-0.19008478, 0.19008478, 1.10317583, 0.81185710, 0.19008478, -0.19008478, 1.44951875, 1.51242286]
-    found = [*gait.start, *gait.end, gait.period]
-    np.testing.assert_allclose(found, [*ends, 0.76484357], rtol=0, atol=5e-9)
-    kinetic = [robot.kinetic_energy(state[:2], state[2:]) for state in (gait.end, gait.start)]
-    expected = [0.377884, 0.494067, 3.820468, 2.526728]
-    np.testing.assert_allclose([gait.step_length, gait.speed, *kinetic], expected, rtol=0, atol=5e-7)
-    multipliers = [-0.43032 - 0.31560j, -0.43032 + 0.31560j, 0.27555]
-    np.testing.assert_allclose(np.sort_complex(gait.multipliers), multipliers, rtol=0, atol=5e-6 * math.sqrt(2))
-    energies = [gait.energy, robot.energy(gait.end[:2], gait.end[2:], gait.slope)]
-    np.testing.assert_allclose(energies, 51.31078, rtol=0, atol=5e-6)
-
-
-def test_clearance(robot: Compass, gait: PassiveGait) -> None:
-    """The swing foot clears the ground ahead of the stance foot by at most 0.0462 m, at 79 %."""
-    times = np.linspace(0, gait.period, 2001)
-    along, height = np.array([robot.swing_foot(q) for q in gait.reference(times)[0]]).T
-    clearance = np.where(along > 0, height, -1)
-    assert clearance.max() == pytest.approx(0.0462, abs=5e-5)
-    assert times[clearance.argmax()] / gait.period == pytest.approx(0.79, abs=5e-3)
+    sinks = robot.leg_length * (math.sin(q[1]) * dq[1] - math.sin(q[0]) * dq[0])
+    assert sinks == pytest.approx(-0.0617, abs=5e-5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,3 +59,16 @@ def test_the_figure_shows_a_straight_knee_after_its_strike() -> None:
     flexion = np.asarray(panel.lines[0].get_ydata())
     assert np.max(flexion) == pytest.approx(29.05, abs=0.01)
     assert flexion[-1] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("find", "robot"),
+    [
+        (mjbiped.find_passive_gait, mjbiped.Compass3D()),
+        (mjbiped.find_kneed_gait, mjbiped.Kneed3D()),
+        (mjbiped.find_gait_in_space, mjbiped.KneedBiped()),
+    ],
+)
+def test_each_robot_is_told_the_function_that_finds_its_gait(find: Any, robot: Any) -> None:
+    with pytest.raises(mjbiped.InputError, match=r"find_passive_gait.*find_kneed_gait.*find_gait_in_space"):
+        find(robot, 0.03)

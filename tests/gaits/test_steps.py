@@ -1,9 +1,8 @@
-"""Steps on arrays against impact maps, MuJoCo's inverse dynamics, and differences; curves, their pieces, the hold."""
+"""Steps on arrays against impact maps, the robot's equations, and differences; curves, their pieces, the hold."""
 
 import math
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,40 +19,6 @@ ROBOT = KneedBiped(3.0, 1.2, 4.0, 0.45, 0.4, 0.2, 0.15, 0.05, 0.02)
 MODEL = KneedStep(ROBOT)
 GOAL = Goal(speed=0.5, clearance=0.05, retraction=True, torque_limit=40.0, friction=0.6)
 
-PENDULUM = """
-<mujoco>
-  <option gravity="0 0 -{gravity}"/>
-  <worldbody>
-    <body name="stance">
-      <joint name="ankle" type="hinge" axis="0 1 0"/>
-      <inertial pos="0 0 {shank_up}" mass="{shank_mass}" diaginertia="{js} {js} {js}"/>
-      <body name="stance_thigh" pos="0 0 {shank_length}">
-        <inertial pos="0 0 {thigh_up}" mass="{thigh_mass}" diaginertia="{jt} {jt} {jt}"/>
-        <body name="hip" pos="0 0 {thigh_length}">
-          <inertial pos="0 0 0" mass="{hip_mass}" diaginertia="1e-12 1e-12 1e-12"/>
-          <body name="thigh">
-            <joint name="hip" type="hinge" axis="0 1 0"/>
-            <inertial pos="0 0 -{thigh_centre}" mass="{thigh_mass}" diaginertia="{jt} {jt} {jt}"/>
-            <body name="shank" pos="0 0 -{thigh_length}">
-              <joint name="knee" type="hinge" axis="0 1 0"/>
-              <inertial pos="0 0 -{shank_centre}" mass="{shank_mass}" diaginertia="{js} {js} {js}"/>
-            </body>
-          </body>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
-
-
-@pytest.fixture(scope="module")
-def pendulum() -> mujoco.MjModel:
-    """A triple pendulum of MuJoCo's own: its joints' angles are relative."""
-    given = {"js": ROBOT.shank_inertia, "jt": ROBOT.thigh_inertia, "shank_up": ROBOT.shank_length - ROBOT.shank_centre}
-    text = PENDULUM.format(**vars(ROBOT), **given, thigh_up=ROBOT.thigh_length - ROBOT.thigh_centre)
-    return mujoco.MjModel.from_xml_string(text)
-
 
 def _three(bound: float) -> st.SearchStrategy[np.ndarray]:
     return st.tuples(*[st.floats(-bound, bound)] * 3).map(np.array)
@@ -62,35 +27,30 @@ def _three(bound: float) -> st.SearchStrategy[np.ndarray]:
 @pytest.mark.parametrize("straight", [False, True])
 @given(q=_three(0.8), dq=_three(3.0), ddq=_three(20.0))
 @settings(deadline=None, derandomize=True, max_examples=50)
-def test_torques_and_ground_force_are_mujocos(
-    pendulum: mujoco.MjModel, straight: bool, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray
+def test_torques_and_ground_force_are_those_of_the_robots_equations(
+    straight: bool, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray
 ) -> None:
+    """Of eq. (1), and of Newton for the centre of mass; `tests/robots` checks the robot by free bodies."""
     if straight:
         q, dq, ddq = (each[[0, 1, 1]] for each in (q, dq, ddq))
-    given = [each[:2] if straight else each for each in (q, dq, ddq)]
-    course = MODEL.course(*(each[None] for each in given))
-    data = mujoco.MjData(pendulum)
-    for place, absolute in ((data.qpos, q), (data.qvel, dq), (data.qacc, ddq)):
-        place[:] = np.diff(absolute, prepend=0.0)
-    mujoco.mj_inverse(pendulum, data)
-    expected = data.qfrc_inverse.copy()
+    course = MODEL.course(*(each[None, :2] if straight else each[None] for each in (q, dq, ddq)))
+    force = ROBOT.mass_matrix(q) @ ddq + ROBOT.coriolis_matrix(q, dq) @ dq + ROBOT.gravity_vector(q, 0.0)
+    expected = np.linalg.solve(ROBOT.input_matrix, force)
     if straight:
         expected[2] = 0.0  # the lock's
-    # the hip's inertia of 1e-12 and rounding of some 100 N m
-    np.testing.assert_allclose(course.torques[0], expected, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(course.powers[0], expected * data.qvel, rtol=0, atol=1e-8)
+    # rounding of some 100 N m
+    np.testing.assert_allclose(course.torques[0], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(course.powers[0], expected * np.diff(dq, prepend=0.0), rtol=0, atol=1e-10)
 
     def centre(t: float) -> np.ndarray:
-        data.qpos[:] = np.diff(q + t * dq + t * t / 2 * ddq, prepend=0.0)
-        mujoco.mj_forward(pendulum, data)
-        return np.array(data.subtree_com[0, [0, 2]])
+        return ROBOT.centre_of_mass(ROBOT.posture((0.0, 0.0), 0, q + t * dq + t * t / 2 * ddq))
 
     step = 1e-3
     # differences of fourth order: their error is some 1e3 / s^4 times step^4 / 90, rounding 1e-16 / step^2
     far, near = centre(2 * step) + centre(-2 * step), centre(step) + centre(-step)
     acceleration = (16 * near - far - 30 * centre(0.0)) / (12 * step**2)
-    force = ROBOT.total_mass * (acceleration + np.array([0.0, ROBOT.gravity]))
-    np.testing.assert_allclose([course.tangential_force[0], course.normal_force[0]], force, rtol=0, atol=1e-4)
+    pressed = ROBOT.total_mass * (acceleration + np.array([0.0, ROBOT.gravity]))
+    np.testing.assert_allclose([course.tangential_force[0], course.normal_force[0]], pressed, rtol=0, atol=1e-4)
     np.testing.assert_allclose([course.ahead[0], course.height[0]], ROBOT.swing_foot(q), rtol=0, atol=1e-14)
     later = (ROBOT.swing_foot(q + 1e-6 * dq) - ROBOT.swing_foot(q - 1e-6 * dq)) / 2e-6
     # central differences: the third derivative is below 100, rounding 1e-16 / step

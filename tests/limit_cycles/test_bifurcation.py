@@ -6,12 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mjbiped.errors import InputError
 from mjbiped.limit_cycles.bifurcation import FEIGENBAUM, BifurcationDiagram, Cascade, bifurcation_diagram, find_cascade
 from mjbiped.limit_cycles.periodic import follow
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.kneed import KneedBiped
-from mjbiped.rules.scuffing import ScuffingRule
 
 TABLE_ONE = Compass()
 
@@ -93,14 +91,6 @@ def test_robot_is_lost_beyond_the_aperiodic_walks() -> None:
     assert set(np.array(diagram().outcomes)[after]) == {"fell"}
     np.testing.assert_array_equal(np.isnan(diagram().states).all(axis=(1, 2)), after)
     np.testing.assert_array_equal(np.isnan(diagram().states).any(axis=(1, 2)), after)
-
-
-def test_rule_is_the_engines_unless_given() -> None:
-    gentle = [math.radians(0.2)]
-    with pytest.raises(InputError, match=r"from 0\.2 on"):
-        bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5)
-    free = bifurcation_diagram(TABLE_ONE, gentle, steps=20, keep=5, scuffing=ScuffingRule(0.0, 0.0))
-    assert free.outcomes == ("walking",)
 
 
 @pytest.mark.slow

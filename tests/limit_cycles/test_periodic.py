@@ -8,19 +8,12 @@ import pytest
 import mjbiped
 from mjbiped.errors import GaitError
 from mjbiped.gaits.described import passive_gait_of
-from mjbiped.limit_cycles.periodic import PeriodicGait, find_periodic_gait, first_gait, follow, step_lengths
+from mjbiped.limit_cycles.periodic import find_periodic_gait, first_gait, follow
 from mjbiped.limit_cycles.return_map import ReturnMap
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Robot
 
 TABLE_ONE = Compass()
-
-
-def settled(degrees: float, count: int) -> PeriodicGait:
-    """The stable gait of a period, from where the robot walks by itself."""
-    slope = math.radians(degrees)
-    start = mjbiped.find_passive_gait(TABLE_ONE, slope).start + np.array([1e-3, -1e-3, 0, 0])
-    return find_periodic_gait(TABLE_ONE, slope, ReturnMap(TABLE_ONE, slope).walk(start, 2000).states[-count:])
 
 
 WITH_KNEES = [
@@ -48,39 +41,10 @@ def test_period_one_is_the_gait_of_the_boundary_value_problem(robot: Robot, slop
     assert found.doubling == pytest.approx(np.prod(1 + gait.multipliers).real, abs=1e-6)
 
 
-@pytest.mark.parametrize(("degrees", "count"), [(3.0, 2), (3.35, 4), (3.41, 8)])
-def test_gait_repeats_itself_after_its_period_only(degrees: float, count: int) -> None:
-    gait = settled(degrees, count)
-    assert gait.stable
-    walked = ReturnMap(TABLE_ONE, gait.slope).walk(gait.states[0], 3 * count)
-    # the map's rounding; the gait is stable
-    np.testing.assert_allclose(walked.states, np.roll(np.tile(gait.states, (3, 1)), -1, axis=0), rtol=0, atol=1e-10)
-    np.testing.assert_allclose(walked.periods, np.tile(gait.periods, 3), rtol=0, atol=1e-10)
-    for sooner in range(1, count):
-        assert np.abs(gait.states - np.roll(gait.states, sooner, axis=0)).max() > 1e-3
-
-
-@pytest.mark.slow
-def test_branch_goes_on_beyond_its_stability() -> None:
-    """Against `find_passive_gait`, which follows the branch in another way for each slope anew."""
-    slopes = np.radians([0.5, 1.0, 2.0, 3.0, 4.5, 6.0])
-    found = list(follow(first_gait(TABLE_ONE, math.radians(0.1)), slopes.tolist()))
-    assert [gait.slope for gait in found] == slopes.tolist()
-    for gait in found:
-        expected = mjbiped.find_passive_gait(TABLE_ONE, gait.slope)
-        np.testing.assert_allclose(gait.states[0], expected.start, rtol=0, atol=1e-10)
-    assert [gait.stable for gait in found] == [True, True, True, False, False, False]
-
-
 def test_branch_ends_where_gaits_end() -> None:
     """Table I has none on 28 degrees, as `find_passive_gait` says."""
     found = list(follow(first_gait(TABLE_ONE, math.radians(5)), np.radians([20.0, 28.0, 29.0]).tolist()))
     assert len(found) == 1
-
-
-def test_step_lengths_are_distances_of_the_feet(robot: mjbiped.Compass) -> None:
-    states = np.array([[-0.2, 0.2, 1.0, 0.5], [math.nan] * 4])
-    assert step_lengths(robot, states) == pytest.approx([2.0 * math.sin(0.2), math.nan], rel=1e-15, nan_ok=True)
 
 
 @pytest.mark.slow

@@ -1,12 +1,10 @@
-"""Blocks of numbers for machine code: what has to live as long as a copy, and what is shared."""
+"""Blocks of numbers for machine code: what has to live as long as a copy."""
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from mjbiped.numerics import blocks
 from mjbiped.numerics.blocks import Floats, packed
 
 
@@ -24,18 +22,3 @@ def test_a_list_has_to_live_as_long_as_its_copy() -> None:
     assert any(each is array for each in kept)
     with pytest.raises((TypeError, ValueError)):
         packed(Part("a", 2, []))  # type: ignore[arg-type]
-
-
-def test_lists_of_floats_are_shared_as_arrays() -> None:
-    @dataclass
-    class Some:
-        table: Any
-        empty: Any
-        parts: Any
-        number: float
-
-    part = Part(1.0, 2, [])
-    some = Some([[1.0, 2.0]], [], [part], 3.0)
-    blocks.share_arrays(some)
-    assert isinstance(some.table, np.ndarray)
-    assert (some.table.tolist(), some.empty, some.parts, some.number) == ([[1.0, 2.0]], [], [part], 3.0)

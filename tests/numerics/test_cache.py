@@ -96,16 +96,6 @@ def test_what_was_not_used_for_longest_is_deleted_first(files: list[Path]) -> No
     assert files[0].exists()
 
 
-def test_a_note_is_forgotten_before_the_code_that_it_is_of(files: list[Path]) -> None:
-    assert not cache.is_kept("engine")
-    cache.note_kept("engine")
-    assert cache.is_kept("engine")
-    os.utime(files[1], (2e9, 2e9))
-    cache.prune.__wrapped__(most=100)
-    assert files[1].exists()
-    assert not cache.is_kept("engine")
-
-
 def test_without_a_home_it_is_beside_the_package(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 from pathlib import Path
 
@@ -67,18 +66,6 @@ def test_whatever_a_function_depends_on_makes_it_another(tmp_path: Path) -> None
         assert again.stdout == first.stdout
     (tmp_path / "program.py").write_text(quiet + program, encoding="utf-8")
     assert finished(tmp_path, tmp_path / "other", "program.py").stderr == ""  # where nobody wants it told
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_the_first_walk_says_what_it_waits_for(tmp_path: Path) -> None:
-    words = "-m mjbiped walk incline:slope_deg=2 --controller passive --steps 1 --engine hybrid"
-    first, second = (finished(tmp_path, tmp_path / "cache", *words.split()).stderr for _ in range(2))
-    sentence, *progress = first.splitlines()
-    told = r"compiling PassiveController for the engine hybrid, once; it takes some \d+ s \.\.\."
-    assert re.fullmatch(told, sentence)
-    assert all(line.startswith("walking: ") for line in progress)  # on a machine that takes longer
-    assert second == ""
 
 
 BITS = """

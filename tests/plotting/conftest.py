@@ -62,11 +62,6 @@ def compared(law: AdaptiveController, ground: mjbiped.Terrain) -> mjbiped.Compar
 
 
 @pytest.fixture(scope="session")
-def compared_passive(robot: mjbiped.Compass) -> mjbiped.Comparison:
-    return mjbiped.compare(PassiveController(), mjbiped.Terrain.incline(2.0), robot=robot, steps=2)
-
-
-@pytest.fixture(scope="session")
 def compared_falls(robot: mjbiped.Compass) -> mjbiped.Comparison:
     start = (-0.2, 0.2, 0.2, 0.8)
     return mjbiped.compare(PassiveController(), mjbiped.Terrain.level(), robot=robot, initial=start, steps=2)

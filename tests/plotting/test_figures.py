@@ -13,7 +13,6 @@ from legible import assert_legible
 from matplotlib import cbook
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from PIL import Image
 from reproduction_rows import made_row
 
 import mjbiped
@@ -22,11 +21,10 @@ from mjbiped.errors import InputError, RenderError
 from mjbiped.limit_cycles.basin import Basin
 from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width, panels, width
-from mjbiped.plotting import style as plot_style
 from mjbiped.plotting.comparison import plot_comparison, plot_stability, plot_survival
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
-from mjbiped.plotting.style import C_MT, drawn
+from mjbiped.plotting.style import C_MT
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.studies.reproduction.figures import plot_figure_5, plot_figure_6, plot_table_3
 from mjbiped.studies.reproduction.section_5 import TABLE_3
@@ -48,7 +46,6 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "reference": lambda get: plot_gait(get("reference")),
     "gait with knees": lambda get: plot_gait(get("kneed_gait")),
     "comparison": lambda get: plot_comparison(get("compared")),
-    "comparison of passive walks": lambda get: plot_comparison(get("compared_passive")),
     "comparison of falls": lambda get: plot_comparison(get("compared_falls")),
     "bifurcation": lambda get: plot_bifurcation(get("diagram"), get("cascade")),
     "multipliers": lambda get: plot_multipliers([branch.gaits for branch in get("cascade").branches]),
@@ -133,24 +130,10 @@ def test_same_figure_same_file(
     assert b"Date" not in paths[0].read_bytes()
 
 
-# a screen's; journals ask for 300 per inch
-@pytest.mark.parametrize(("name", "dots"), [("page", 160), ("single", 300)])
-def test_files_have_the_dots_that_their_use_asks_for(name: str, dots: int, tmp_path: Path) -> None:
-    with figure_width(name), drawn(tmp_path / "empty.PNG") as figure:
-        figure.set_figheight(1.0)
-    with Image.open(tmp_path / "empty.PNG") as picture:
-        assert picture.size == (round(dots * WIDTHS[name].inches), dots)
-    plot_style.make_small(tmp_path / "empty.PNG")
-    with Image.open(tmp_path / "empty.PNG") as picture:
-        assert picture.mode == "P"
-
-
 def test_refusals(walk: mjbiped.Walk, maps: list[Basin], compared: mjbiped.Comparison, tmp_path: Path) -> None:
     empty = dataclasses.replace(walk, samples={name: array[:0] for name, array in walk.samples.items()})
     refused: list[tuple[type[Exception], str, Callable[[], object]]] = [
         (InputError, "one or two basins", lambda: plot_basins([])),
-        (InputError, "one to 4 walks", lambda: plot_stability({})),
-        (InputError, "at least two gaits", lambda: plot_multipliers([])),
         (InputError, "unknown panel 'torqe'.*'torque'", lambda: plot_walk(walk, panels=("torqe",))),
         (RenderError, "no samples", lambda: plot_walk(empty)),
         (RenderError, "no samples", lambda: plot_comparison(dataclasses.replace(compared, hybrid=empty))),

@@ -110,18 +110,6 @@ def test_engines_tell_the_same(engine: str, rel: float, terrain: Terrain, contro
     assert told["foot_length_99_percent_m"] == pytest.approx(again, abs=2.0 * rel * span)
 
 
-def test_level_walking_asks_for_two_centimetres(controller: AdaptiveController) -> None:
-    """On the limit cycle torques cancel the reference's slope: x = -tau_1 / F_n, as by hand."""
-    walk = mjbiped.walk(controller, LEVEL, engine="hybrid", steps=3, sample_period=1e-3)
-    robot, samples = walk.robot, walk.samples
-    half = len(samples["time"]) // 2
-    q, dq, torque = (samples[name][half] for name in ("q", "dq", "torque"))
-    _, normal = robot.ground_force(q, dq, torque, 0.0)
-    assert centre_of_pressure(walk)[half] == pytest.approx(-torque[0] / normal, rel=1e-6)
-    told = walk.summary()
-    assert (told["pressure_ahead_m"], told["pressure_behind_m"]) == pytest.approx((-0.0164, 0.0222), abs=1e-4)
-
-
 @pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 def test_without_torque_the_force_goes_through_the_ankle(engine: str) -> None:
     told = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine=engine, steps=2).summary()

@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 import mjbiped
-from controllers import PassiveController
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, flat_samples, index_of, width
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, index_of, width
 
 
 def rows_at(columns: int, *times: float) -> np.ndarray:
@@ -62,16 +61,6 @@ def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:
     # all samples of a step stand on the leg that the touchdown before it put down
     stances = samples[samples.step > 1].groupby("step").stance.agg(["min", "max"])
     assert stances["min"].tolist() == stances["max"].tolist() == touchdowns.stance.tolist()
-
-
-def test_walks_without_samples_and_without_steps_have_empty_frames() -> None:
-    ground = mjbiped.Terrain.incline(2.0)
-    walk = mjbiped.walk(PassiveController(), ground, engine="hybrid", steps=1, initial="rest", sample_period=None)
-    samples, touchdowns = walk.to_pandas()
-    assert len(samples) == len(touchdowns) == walk.steps == 0
-    assert "q_stance" in samples.columns
-    assert "controller_state_0" not in flat_samples(walk)
-    assert samples.stance.dtype == "int64"
 
 
 def test_without_samples_the_end_is_known() -> None:

@@ -4,9 +4,8 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
+from mjbiped import Terrain, Walk
 from mjbiped.control.registry import make_controller
-from mjbiped.records.record import Walk
-from mjbiped.terrain.terrain import Terrain
 
 
 @pytest.fixture(scope="session")

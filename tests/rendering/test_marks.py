@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 import mjbiped
 from controllers import AdaptiveController
+from mjbiped import Terrain, Walk
 from mjbiped.control.registry import make_controller
-from mjbiped.records.record import Walk
 from mjbiped.records.signals import SIGNALS, torques_of
-from mjbiped.rendering.marks import FORCE_COLOUR, GHOST_COLOUR, MOST_GEOMS, Scales, Sign, arc_sweep, draw_marks
-from mjbiped.rendering.overlay import Chart, Overlay, Pixels, View
+from mjbiped.rendering.marks import FORCE_COLOUR, GHOST_COLOUR, MOST_GEOMS, Scales, arc_sweep, draw_marks
+from mjbiped.rendering.overlay import Chart, Overlay, Pixels
 from mjbiped.rendering.scene import Moment, Moments, Pair, beside_posture
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils.palette import rgb
 
 ROBOT = mjbiped.Compass()
@@ -155,19 +154,6 @@ def blank(width: int = 640, height: int = 360) -> Pixels:
     return np.full((height, width, 3), 200, dtype=np.uint8)
 
 
-@pytest.mark.parametrize("width", [160, 320, 640])
-def test_caption_and_legend_do_not_overlap(width: int) -> None:
-    caption, legend = blank(width), blank(width)
-    over = Overlay(caption, 360)
-    beside = over.caption(["t = 12.34 s   step 16", "slope +3.0°   estimate −2.9°"])
-    over = Overlay(legend, 360)
-    over.legend([Sign("#FF0000", "ankle torque", "arc", "−12.3 N m")], beside)
-    assert not ((caption != 200) & (legend != 200)).any()
-    rows, columns = (np.flatnonzero((caption != 200).any(axis=(axis, 2))) for axis in (1, 0))
-    assert (columns.max() + 1, rows.max() + 1) == beside
-    assert (legend[..., 0].astype(int) > legend[..., 1] + 200).any()  # its red sign
-
-
 @pytest.mark.parametrize("pixels_per_metre", [3.0, 50.0, 317.0, 4000.0])
 def test_the_scale_is_as_long_as_it_says(pixels_per_metre: float) -> None:
     frame = blank()
@@ -179,20 +165,6 @@ def test_the_scale_is_as_long_as_it_says(pixels_per_metre: float) -> None:
     assert 640 / 7 / 2.6 < wide <= 640 / 7 * 1.02 + 1  # 1, 2 or 5 times a power of ten
     columns = np.flatnonzero((frame[:, :, 0] < 100).any(axis=0))
     assert np.ptp(columns) + 1 >= wide - 1
-
-
-def test_labels_say_what_the_ground_is() -> None:
-    terrain = Terrain.from_segments([(2.0, 0.0, 0.0), (2.0, 3.0, -0.02), (0.02, 1.0, 0.0), (5.0, -1.5, 0.00604)])
-    axes = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-    view = View((640, 360), np.array([2.5, -5.0, 0.5]), axes, 1.4, orthographic=True)
-    frame = blank()
-    over = Overlay(frame, 360)
-    labels = over.ground_labels(terrain, view, 1.0)
-    # the segment of 20 mm has no room
-    assert sorted(labels) == sorted(["level", "20 mm down", "3.0° down", "6 mm up", "1.5° up"])
-    dark = np.flatnonzero((frame[:, :, 0] < 120).any(axis=0))
-    assert 0 < dark.min() < dark.max() < 639
-    assert np.diff(dark).max() > 5  # words stand apart
 
 
 CURSOR = (200, 30, 30)
@@ -222,13 +194,3 @@ def test_the_cursor_goes_with_time_and_the_rest_stands(walk: Walk) -> None:
     # even distances but for whole pixels
     assert columns - columns[0] == pytest.approx(np.array([0.0, 0.25, 0.5, 1.0]) * np.ptp(columns), abs=1.0)
     assert (frames[0] != frames[2]).any(axis=2).any(axis=0).sum() <= 2  # a column each
-
-
-def test_long_walks_have_pages(walk: Walk) -> None:
-    end = float(walk.samples["time"][-1])
-    assert 20.0 < end < 40.0
-    chart = Chart(walk, 0.0, end, *SIZE)
-    columns = [cursor(drawn(chart, time)) for time in (0.0, 0.49 * end, 0.51 * end, end)]
-    assert columns[0] < columns[2] < columns[0] + 20
-    assert columns[3] - 20 < columns[1] < columns[3]
-    assert (drawn(chart, 0.0) != drawn(chart, end)).any(axis=2).sum() > 500

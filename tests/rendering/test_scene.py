@@ -1,6 +1,5 @@
 """What is drawn of an instant is what the record holds, or follows from it; and where MuJoCo draws a place."""
 
-import dataclasses
 import math
 
 import mujoco
@@ -9,11 +8,16 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, PassiveController
-from mjbiped.records.record import Walk
-from mjbiped.rendering.gl import ensure_gl, gl_available
-from mjbiped.rendering.overlay import View
+from mjbiped import Terrain, Walk, render_frame
+from mjbiped.records.signals import SIGNALS
+from mjbiped.rendering.gl import gl_available
+from mjbiped.rendering.marks import FORCE_COLOUR, MOST_GEOMS, Scales
 from mjbiped.rendering.scene import Moments
-from mjbiped.terrain.terrain import Terrain
+from mjbiped.rendering.space import draw_marks, moments_of, scene_of
+from mjbiped.robots.in_space import InSpace
+from mjbiped.utils.palette import rgb
+
+needs_gl = pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
 
 
 @pytest.fixture(scope="module", params=["hybrid", "mujoco"])
@@ -69,46 +73,74 @@ def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
             before = moments.at(max(0.0, time - 2.0)).qpos
             assert np.hypot(*(trace[0] - walk.robot.limbs(before)[leg, -1])) < 0.05
             assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
-    at_four, later = (moments.at(time).traces[0] for time in (4.0, 4.01))
-    shared = {tuple(point) for point in at_four[:-1].tolist()} & {tuple(point) for point in later[:-1].tolist()}
-    assert len(shared) >= len(at_four) - 3  # they stay where they are
-
-
-SCENE = """
-<mujoco><visual><headlight ambient="1 1 1"/></visual><worldbody>
-  <camera name="tilted" pos="0.3 -5 1" xyaxes="1 0 0 0 0.1 1" fovy="25"/>
-  <camera name="flat" pos="0.3 -5 0.4" xyaxes="1 0 0 0 0 1" projection="orthographic" fovy="2"/>
-  <geom type="sphere" size="0.02" pos="-0.5 0.3 0.2" rgba="1 1 1 1"/>
-</worldbody></mujoco>
-"""
-
-
-@pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
-@pytest.mark.parametrize("camera", ["tilted", "flat"])
-def test_pixels_of_places(camera: str) -> None:
-    model = mujoco.MjModel.from_xml_string(SCENE)
-    data = mujoco.MjData(model)
-    ensure_gl()
-    mujoco.mj_forward(model, data)
-    with mujoco.Renderer(model, 240, 320) as renderer:
-        renderer.update_scene(data, camera)
-        rows, columns = np.nonzero(renderer.render().max(axis=2) > 100)
-        found = View.of(model, data, model.camera(camera).id, (320, 240)).pixel(-0.5, 0.3, 0.2)
-    # pixels' middles are half a pixel from their corner; a ball off the axis looks a little oval
-    assert found == pytest.approx((columns.mean() + 0.5, rows.mean() + 0.5), abs=0.6)
 
 
 def test_no_ghost_where_nothing_is_tracked() -> None:
     walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
-    moments = Moments(walk)
-    assert moments.at(0.1).reference is None
-    unknown = dataclasses.replace(walk, settings={**walk.settings, "controller": {"name": "Somebody's"}})
-    assert Moments(unknown).at(0.1).reference is None
+    assert Moments(walk).at(0.1).reference is None
 
 
-def test_the_greatest_torque_of_a_part(walk: Walk) -> None:
-    moments, torque = Moments(walk, ghost=False), np.abs(walk.samples["torque"])
-    assert moments.greatest_torque(0.0, walk.samples["time"][-1]) == torque.max()
-    assert moments.greatest_torque(*[float(walk.samples["time"][100])] * 2) == torque[99:101].max()
-    bad = {**walk.samples, "torque": np.full_like(torque, math.nan)}
-    assert Moments(dataclasses.replace(walk, samples=bad)).greatest_torque(0.0, 1.0) == 0.0
+# ---- robots in space -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", [mjbiped.Compass3D(), mjbiped.Kneed3D()])
+def test_limbs_and_centre_of_mass_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
+    rng, model = np.random.default_rng(3), mujoco.MjModel.from_xml_path(f"models/{robot.bodies.scene}")
+    data, qpos = mujoco.MjData(model), rng.normal(0.0, 0.3, len(robot.places))
+    for name, value in zip(robot.places, qpos, strict=True):
+        data.joint(name).qpos[:] = value
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    feet = [data.geom(f"{limb.name}_foot").xpos for limb in robot.bodies.limbs]
+    np.testing.assert_allclose(robot.points(qpos)[:, -1], feet, atol=1e-12)
+    np.testing.assert_allclose(robot.centre_in_space(qpos), data.subtree_com[0], atol=1e-6)
+
+
+def test_a_footing_is_told_by_its_posture(in_space: Walk) -> None:
+    robot, touchdowns = in_space.robot, in_space.touchdowns
+    assert isinstance(robot, InSpace)
+    for k in range(in_space.steps):
+        place, stance = np.array([touchdowns[name][k] for name in "xyz"]), int(touchdowns["stance"][k])
+        footing = robot.footing(touchdowns["qpos"][k], stance, in_space.terrain.normal_at(*place[:2]))
+        assert footing.place == pytest.approx(place, abs=1e-9)
+        told = footing.slope, footing.lateral
+        assert told == pytest.approx((touchdowns["slope"][k], touchdowns["lateral_slope"][k]), abs=1e-9)
+        assert footing.posture(robot, touchdowns["q"][k]) == pytest.approx(touchdowns["qpos"][k], abs=1e-9)
+
+
+def test_force_and_estimate_are_drawn_where_they_are(in_space: Walk) -> None:
+    scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), maxgeom=MOST_GEOMS)
+    robot, moment = in_space.robot, moments_of(in_space).at(float(in_space.touchdowns["time"][1]) + 0.3)
+    draw_marks(scene, moment, robot, Scales(10.0, robot.weight), {"force", "estimate"})
+    drawn = [scene.geoms[k] for k in range(scene.ngeom)]
+    along, across = (each for each in drawn if np.allclose(each.rgba[:3], rgb(SIGNALS["slope_estimate"].colour)))
+    for line, slope in ((along, moment.slope_estimate), (across, moment.lateral_estimate)):
+        axis = line.mat[:, 2]
+        assert math.atan2(-axis[2], math.hypot(*axis[:2]) * (1.0 if axis @ (1.0, 1.0, 0.0) > 0 else -1.0)) == (
+            pytest.approx(slope, abs=2e-3)
+        )
+    arrow = next(each for each in drawn if np.allclose(each.rgba[:3], rgb(FORCE_COLOUR)))
+    assert np.abs(np.cross(arrow.mat[:, 2], moment.force)).max() < 1e-3 * robot.weight
+    assert moment.force[2] == pytest.approx(robot.weight, rel=0.3)
+
+
+def test_the_surface_is_the_terrain(in_space: Walk) -> None:
+    scene = scene_of(in_space)
+    scene.go_to(0.3)
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    group = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)  # what is seen
+    for x, y in ((-2.03, 0.31), (0.11, -0.27), (0.33, 1.57), (2.77, -1.13)):
+        geom, above = np.zeros(1, dtype=np.int32), np.array([x, y, 0.4 + in_space.terrain.height_at(x, y)])
+        hit = mujoco.mj_ray(scene.model, data, above, np.array([0.0, 0.0, -1.0]), group, 1, -1, geom)
+        assert hit == pytest.approx(0.4, abs=2e-3)
+
+
+@needs_gl
+@pytest.mark.parametrize("camera", ["track", "side", "overview"])
+def test_frames(in_space: Walk, camera: str) -> None:
+    shown = render_frame(in_space, 0.5, width=320, height=240, camera=camera)
+    assert np.array_equal(shown, render_frame(in_space, 0.5, width=320, height=240, camera=camera))
+    for element in ("torque", "force", "ghost", "estimate", "traces", "shadows", "scale", "caption", "chart"):
+        changed = shown != render_frame(in_space, 0.5, width=320, height=240, camera=camera, hide=[element])
+        assert changed.any(), element

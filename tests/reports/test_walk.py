@@ -14,7 +14,6 @@ from walk_cases import Rude
 import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.control.registry import make_controller
-from mjbiped.records.signals import PANELS
 from mjbiped.rendering.gl import gl_available
 from mjbiped.reports import walk as figures
 from mjbiped.reports.walk import report_walk
@@ -106,14 +105,8 @@ def test_the_video_stands_in_the_page(controller: AdaptiveController, tmp_path: 
 def test_knees_are_shown(kneed: mjbiped.Walk, tmp_path: Path) -> None:
     page = report(kneed, tmp_path / "walk.html")
     content = packed(page)
-    over_time = content["plots"]["time"]
-    titles = [note["text"].removeprefix("<b>").removesuffix("</b>") for note in over_time["layout"]["annotations"]]
-    panels = [name for name in PANELS if name != "lateral"]  # which robots in space have
-    assert titles == [PANELS[name].title for name in panels]
-    names = {(line["name"], panels[int(line["yaxis"].removeprefix("y") or 1) - 1]) for line in over_time["data"]}
-    assert names >= {("stance knee", "torque"), ("swing knee", "knee_torque"), ("knee strike", "flexion")}
-    phases = [line["name"] for line in content["plots"]["phases"]["data"]]
-    assert {"stance leg", "swing thigh", "swing shank"} <= {*phases}
+    lines = {line["name"] for plot in ("time", "phases") for line in content["plots"][plot]["data"]}
+    assert lines >= {"stance knee", "swing knee", "knee strike", "swing thigh", "swing shank"}
     half = len(kneed.samples["time"]) // 3
     limbs, stance = kneed.robot.limbs(kneed.samples["qpos"][half]), kneed.samples["stance"][half]
     for leg, side in (("stance", stance), ("swing", 1 - stance)):

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 import mjbiped
 from mjbiped.errors import InputError
@@ -18,14 +17,14 @@ from mjbiped.robots.kneed import stance_knee_torque
 from mjbiped.robots.robot import Robot
 
 KNEED = mjbiped.KneedBiped()
-ROBOTS = (mjbiped.Compass(hip_mass=3.0), KNEED, mjbiped.KneedBiped.halved_rods())
-ANGLES = st.floats(-0.6, 0.6)
+HALVED = mjbiped.KneedBiped.halved_rods()
 
 
 @pytest.mark.parametrize(
     "robot",
     [
-        *ROBOTS,
+        mjbiped.Compass(hip_mass=3.0),
+        HALVED,
         mjbiped.FootedCompass(underside="box", sole=(0.08, 0.13)),
         mjbiped.RoundCompass(foot_radius=0.3),
         mjbiped.RoundKneed(hip_mass=2.0, shank_mass=2.0, shank_length=0.6),
@@ -43,17 +42,13 @@ def test_a_description_is_the_robot(robot: Robot) -> None:
         ("hip_mass", lambda: mjbiped.Compass(hip_mass=True)),
         ("shank_mass", lambda: mjbiped.KneedBiped(shank_mass=math.nan)),
         ("thigh_centre", lambda: mjbiped.KneedBiped(thigh_centre=0.6)),
-        ("shank_centre", lambda: mjbiped.KneedBiped(shank_centre=0.51)),
         ("sole", lambda: mjbiped.FootedCompass(sole=None)),
-        ("sole", lambda: mjbiped.FootedCompass(sole=(0.0, 0.1))),
         ("foot_mass", lambda: mjbiped.FootedCompass(foot_mass=4.9)),
         ("underside", lambda: mjbiped.FootedCompass(underside="pad")),
         ("foot_radius", lambda: mjbiped.RoundCompass(foot_radius=1.0)),
-        ("foot_radius", lambda: mjbiped.RoundKneed(foot_radius=0.54)),
         ("spokes", lambda: mjbiped.RimlessWheel(spokes=4)),
         ("q: nan in it", lambda: mjbiped.Compass().mass_matrix([math.nan, 0])),
         ("dq: expected", lambda: mjbiped.Compass().coriolis_matrix([0.1, 0.2], 0.3)),
-        ("q: expected", lambda: mjbiped.Compass().impact([[0.1, 0.2]], [0.1, 0.2])),
         (r"dq: expected shape", lambda: stance_knee_torque(KNEED, [0] * 3, [0] * 2, [0] * 3, 0, locked=False)),
         ("slope = inf", lambda: mjbiped.Compass().gravity_vector([0, 0], math.inf)),
         ("bent by 5.73 degrees", lambda: KNEED.knee_impact([0.1, 0.2, 0.3], [1, 1, 1])),
@@ -85,18 +80,9 @@ def test_the_compass_has_its_columns_of_old() -> None:
 
 def test_a_name_is_a_robot_whose_parameters_can_be_others() -> None:
     """Inertias of uniform rods follow masses and lengths unless they are given."""
-    assert [robot_named(name, {}) for name in NAMED] == [
-        mjbiped.Compass(),
-        mjbiped.FootedCompass(),
-        ROBOTS[1],
-        mjbiped.RimlessWheel(),
-        mjbiped.RoundCompass(),
-        mjbiped.RoundKneed(),
-        mjbiped.Compass3D(),
-        mjbiped.Abducting3D(),
-        mjbiped.Kneed3D(),
-        *ROBOTS[2:],
-    ]
+    made = [robot_named(name, {}) for name in NAMED]
+    assert [*map(robot_from, (robot.to_dict() for robot in made))] == made
+    assert (made[0], made[-1]) == (mjbiped.Compass(), HALVED)
     assert robot_named("halved-rods", {"thigh_mass": 3.0}).to_dict()["thigh_inertia"] == 3.0 * 0.5**2 / 12
     assert robot_named("kneed", {"thigh_mass": 3.0, "thigh_inertia": 0.2}).to_dict()["thigh_inertia"] == 0.2
     with pytest.raises(InputError, match=r"parameter of the robot kneed 'leg_mass'.*thigh_mass"):
@@ -112,6 +98,4 @@ def test_defaults_are_table_one() -> None:
     assert robot.weight == pytest.approx(98.1, rel=1e-12)
     assert robot.leg_inertia == pytest.approx(0.4167, abs=5e-5)  # Table I's digits
     np.testing.assert_array_equal(robot.input_matrix, [[1, -1], [0, 1]])
-    assert all(type(number) is float for number in mjbiped.Compass(leg_mass=3, hip_mass=np.float32(1)).constants)  # type: ignore[arg-type]
-    assert mjbiped.Compass(leg_inertia=None).leg_inertia == robot.leg_inertia  # type: ignore[arg-type]
     assert replace(robot, leg_mass=1).leg_inertia == robot.leg_inertia

@@ -93,6 +93,7 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
     """
     ground = Ground(mjbiped.Terrain.level(), reach=1.0)
     model = scene_spec(robot, ground, ground.pieces, timestep=1e-4).compile()
+    model.body("hip").inertia[1] = 1e-15  # a rod's about its line
     data, n = mujoco.MjData(model), len(robot.bodies.leg)
     to_joints = np.zeros((model.nv, len(q)))
     for name in robot.hips:
@@ -116,12 +117,11 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
 
 
 @pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
-def test_mass_matrix_bias_and_impact_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
-    """The impact is that of a robot that yaws not and whose swing foot is stopped; then the legs have other roles."""
+def test_mass_matrix_and_bias_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
     q, dq = drawn(robot, 2)
     linkage = robot.in_space[len(q) - 1]
     model, data, to_joints = floating(robot, q, dq)
-    full, jacobian = np.zeros((model.nv, model.nv)), np.zeros((3, model.nv))
+    full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     np.testing.assert_allclose(to_joints.T @ full @ to_joints, linkage.mass_matrix(q), rtol=0, atol=1e-11)
     # the hip's slides take up the acceleration that the foot would have by its Jacobian's rate
@@ -131,19 +131,37 @@ def test_mass_matrix_bias_and_impact_are_those_of_mujoco_s_bodies(robot: InSpace
     bias = to_joints.T @ (data.qfrc_bias + full @ moved)
     ours = linkage.coriolis_forces(q, dq) + linkage.gravity_forces(q) @ pull_of(0.0)
     np.testing.assert_allclose(bias, ours, rtol=0, atol=1e-10)
-    mujoco.mj_jacGeom(model, data, jacobian, None, model.geom("left_foot").id)
-    free = np.hstack([np.eye(model.nv)[:, :3], to_joints])  # of the hip's slides and of the robot's angles
-    free[:3, 3:] = 0.0
-    before = np.concatenate([data.qvel[:3], dq])
-    jacobian, weights = jacobian @ free, np.linalg.solve(free.T @ full @ free, (jacobian @ free).T)
-    stopped = before - weights @ np.linalg.solve(jacobian @ weights, jacobian @ before)
-    after, found = linkage.touchdown(q, dq)
-    n = len(robot.pitches(q))
-    for there, here in ((after, q), (found, stopped[3:])):
-        mirrored = np.concatenate([here[:n][::-1], here[n:-1], -here[-1:]])
-        np.testing.assert_allclose(there, mirrored, rtol=0, atol=1e-10)
     place = data.geom("left_foot").xpos - data.geom("right_foot").xpos
     np.testing.assert_allclose(linkage.swing_foot(q), place, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_impact_is_that_of_mujoco_s_bodies(robot: InSpace, turn: float) -> None:
+    """The swing foot stops, and nothing turns about the new upright direction; then the legs have other roles."""
+    q, dq = drawn(robot, 2)
+    model, data, to_joints = floating(robot, q, dq)
+    full, rows = np.zeros((model.nv, model.nv)), np.zeros((4, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    mujoco.mj_jacGeom(model, data, rows[:3], None, model.geom("left_foot").id)
+    roll, aside = np.cos(q[-1]), np.sin(q[-1])
+    along, axle, upright = np.array([[1.0, 0.0, 0.0], [0.0, roll, aside], [0.0, -aside, roll]])
+    heading, held = np.cos(turn) * along - np.sin(turn) * upright, np.cos(turn) * upright + np.sin(turn) * along
+    turns = [model.joint(name).dofadr[0] for name in ("roll", "yaw")]
+    rows[3, turns] = held[[0, 2]]
+    if robot.hips:  # the gear
+        left, right = (model.joint(name).dofadr[0] for name in robot.hips)
+        rows = np.vstack([rows, np.eye(model.nv)[left] - np.eye(model.nv)[right]])
+    weights = np.linalg.solve(full, rows.T)
+    stopped = data.qvel - weights @ np.linalg.solve(rows @ weights, rows @ data.qvel)
+    spin = np.array([stopped[turns[0]], 0.0, stopped[turns[1]]])
+    rates = np.linalg.lstsq(to_joints[3:], stopped[3:] * (np.arange(3, model.nv) != turns[1]), rcond=None)[0]
+    n = len(robot.pitches(q))
+    rates[:n], rates[-1] = rates[:n] + spin @ axle, spin @ heading
+    after, found = robot.in_space[len(q) - 1].touchdown(q, dq, turn)
+    mirrored = [np.concatenate([each[:n][::-1], each[n:-1], -each[-1:]]) for each in (q, rates)]
+    np.testing.assert_allclose(after, mirrored[0] - turn * (np.arange(len(q)) < n), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found, mirrored[1], rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize(

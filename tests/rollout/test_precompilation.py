@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 
 from mjbiped.engines.compiling import VARIABLE
-from mjbiped.errors import InputError
-from mjbiped.rollout.walk import precompile
 
 WALK = """
 import sys
@@ -56,35 +54,3 @@ def test_a_walk_after_it_compiles_nothing(engine: str, law: str, robot: str, tmp
         assert "torque\n" in run(*walked, folder="empty").stdout  # the test can fail
         walk = ("walk", "random:seed=3", "--controller", law, "--gain", "gain=21", "--steps", "2")
         assert "compiling" not in run("-m", "mjbiped", *walk).stderr
-
-
-TOES = "from controllers import PassivityController\n\n\nclass Toes(PassivityController):\n    joints = ('toe',)\n"
-
-
-TABLE = """\
-from controllers import PassiveController
-
-
-class Table(PassiveController):
-    def law(self):
-        return super().law()._replace(parameters=((1.0, 2.0), 3.0))
-"""
-
-
-@pytest.mark.parametrize(
-    ("controller", "engine", "words"),
-    [
-        ("adaptif", "hybrid", "adaptive"),
-        ("adaptive", "mj", "hybrid"),
-        ("toes.py:Toes", "hybrid", "drives toe: robots have ankle and hip and knee, or ankle and hip"),
-        ("table.py:Table", "hybrid", "Table is interpreted alone: .* floats in one flat list"),
-    ],
-)
-def test_what_cannot_be_compiled_is_refused(
-    controller: str, engine: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "toes.py").write_text(TOES)
-    (tmp_path / "table.py").write_text(TABLE)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=words):
-        precompile([controller], engines=[engine])

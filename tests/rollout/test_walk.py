@@ -1,8 +1,6 @@
 """`walk()`: what it refuses, what it keeps when it is broken off, and that it repeats itself."""
 
-import math
 import sys
-import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +11,6 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Law, LawController, Memory, PassiveController
-from mjbiped.engines.compiling import VARIABLE
 from mjbiped.plotting.walk import plot_walk
 from mjbiped.records import measures
 
@@ -35,13 +32,10 @@ def test_same_arguments_same_record_until_steps_or_distance_are_made(controller:
     [
         ({"engine": "bullet"}, "mujoco"),
         ({"engine": mjbiped.Hybrid}, r"Hybrid\(\)"),
-        ({"steps": 0}, "steps"),
         ({"initial": "sleeping"}, "gait, rest"),
-        ({"initial": (0.0, 0.0, 1.0)}, "four"),
         ({"controller": PassiveController}, "class"),
-        # ahead: it would have touched down; behind, deeper than straight legs scuff; inside a riser
+        # ahead: it would have touched down; inside a riser
         ({"terrain": Terrain.level(), "initial": (0.3, 0.0, 1.0, 1.0)}, "swing foot would start"),
-        ({"terrain": Terrain.level(), "initial": (-0.3, 0.1, 1.0, 1.0)}, "swing foot would start"),
         ({"terrain": Terrain.stairs(rise=0.1, first=0.2), "initial": (0.15, -0.15, 1.0, 1.0)}, "swing foot would"),
         ({"terrain": Terrain.level(), "initial": (2.0, 0.0, 0.0, 0.0)}, "hip would start"),
         ({"terrain": Terrain.level()}, 'no passive gait .*give initial="rest"'),
@@ -132,8 +126,6 @@ UNTELLABLE: tuple[Any, ...] = (None, {"name": 5}, {"name": "\ud800"}, *({"name":
         ({"describe": lambda self: {"self": self}}, "JSON"),
         *[({"describe": lambda *_, told=told: told}, "what a record can hold") for told in UNTELLABLE],
         ({"describe": lambda *_: 1 / 0}, "does not tell what it is: ZeroDivisionError"),
-        ({"robot": property(lambda *_: 1 / 0)}, "does not tell what it is: ZeroDivisionError"),
-        ({"law": lambda *_: 1 / 0}, r"Made\.law fails: ZeroDivisionError"),
         ({"law": lambda *_: 5}, r"Made\.law\(\) gives 5; expected a Law, or None"),
         ({"start": lambda *_: sys.exit(5)}, r"Made\.start fails: SystemExit: 5"),
     ],
@@ -163,30 +155,6 @@ def test_a_law_may_begin_with_a_table(engine: str) -> None:
     np.testing.assert_array_equal(walk.samples["torque"][0], [0.0, -0.1 * (walk.samples["q"][0] @ [-1.0, 1.0])])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("compiled", [True, False], ids=["compiled", "python"])
-def test_walks_of_two_threads_do_not_mix(compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One walks on while the other one waits in its controller."""
-    monkeypatch.setenv(VARIABLE, "always" if compiled else "never")
-    found: list[mjbiped.Walk] = []
-
-    class Nesting(PassiveController):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            if t > 0.2 and not found:  # on its way, not as it is tried out
-                thread = threading.Thread(target=walk_too)
-                thread.start()
-                thread.join()
-            return 0.0, 0.0
-
-    def walk_too() -> None:
-        found.append(mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=1))
-
-    expected = mjbiped.walk(PassiveController(), Terrain.incline(2.0), steps=1)
-    walk = mjbiped.walk(Nesting(), Terrain.incline(2.0), steps=1)
-    assert walk.touchdowns["x"] == expected.touchdowns["x"]
-    assert found[0] == expected
-
-
 @each_engine
 def test_without_samples_all_else_is_the_same(engine: str, controller: AdaptiveController, tmp_path: Path) -> None:
     asked: list[dict[str, Any]] = [{}, {"sample_period": None}]
@@ -199,16 +167,3 @@ def test_without_samples_all_else_is_the_same(engine: str, controller: AdaptiveC
     assert mjbiped.Walk.load(tmp_path / "bare.npz") == bare
     with pytest.raises(mjbiped.RenderError, match="no samples"):
         plot_walk(bare)
-
-
-def test_a_walk_may_start_where_straight_legs_scuff(gait: mjbiped.Gait) -> None:
-    """In the early swing of its own gait the foot is up to 0.9 mm in the ground, which the scuffing rule allows."""
-    depths = {}
-    for time in (0.05 * gait.period * n for n in range(1, 20)):
-        q, dq, _ = gait.reference(time)
-        depths[math.cos(q[1]) - math.cos(q[0])] = (*q.tolist(), *dq.tolist())
-    assert max(depths) > 5e-4
-    start = depths[max(depths)]
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", initial=start, steps=1)
-    # the rest of the gait's own step; the reference is good to 1e-9 (6e-12 was measured)
-    assert walk.touchdowns["q"][0] == pytest.approx(gait.start[:2], abs=1e-9)

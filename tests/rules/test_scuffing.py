@@ -35,15 +35,6 @@ def at_touchdown(gait: mjbiped.Gait, slope: float) -> float:
 
 
 @pytest.mark.parametrize("slope_deg", GENTLE)
-def test_gentle_slopes_are_walked_with_a_shorter_reach_in_mujoco(slope_deg: float) -> None:
-    gait, terrain, rule = gait_on(slope_deg), mjbiped.Terrain.incline(slope_deg), ScuffingRule(reach=0.05)
-    walk = mjbiped.walk(PassiveController(), terrain, steps=3, scuffing=rule, sample_period=None)
-    assert walk.outcome == "finished"
-    # the foot rolls on its radius and slides a little (docs/physics.md)
-    np.testing.assert_allclose(mjbiped.records.measures.step_lengths(walk), gait.step_length, rtol=1e-3)
-
-
-@pytest.mark.parametrize("slope_deg", GENTLE)
 def test_any_reach_up_to_the_step_walks_and_none_beyond_it(slope_deg: float) -> None:
     """In the hybrid engine; the greatest reach is the step's horizontal length."""
     gait, terrain = gait_on(slope_deg), mjbiped.Terrain.incline(slope_deg)
@@ -93,17 +84,6 @@ def test_delay_longer_than_the_step_is_told() -> None:
         check_landing(gait, gait.slope, ScuffingRule(delay=gait.period))
 
 
-def test_proposed_values_are_no_longer_refused() -> None:
-    """Whatever the message proposes is what the rule needs."""
-    for slope_deg in (1e-4, 1e-2, *GENTLE):
-        gait = gait_on(slope_deg)
-        with pytest.raises(mjbiped.InputError) as caught:
-            check_landing(gait, gait.slope, ScuffingRule())
-        reach = float(str(caught.value).partition("reach=")[2].partition(")")[0])
-        assert 0.0 < reach < 0.5 * gait.step_length
-        check_landing(gait, gait.slope, ScuffingRule(reach=reach))
-
-
 @pytest.mark.parametrize(
     "call",
     [
@@ -119,32 +99,19 @@ def test_walks_and_maps_are_refused(call: Callable[[], object]) -> None:
         call()
 
 
-PASSIVE = "walk incline:slope_deg=0.2 --controller passive --engine hybrid --steps 3"
-MAPS = (
-    "basin --slope-deg 0.2 --grid 2",
-    "basin --controller adaptive --imitate-slope-deg 0.2 --grid 2",
-    "bifurcation --slope-deg 0.2..0.4 --slopes 4 --steps 20 --keep 5 --doublings 1",
-)
+PASSIVE = "walk incline:slope_deg=0.2 --controller passive --engine mujoco --steps 3"
 
 
-@pytest.mark.parametrize("line", [PASSIVE, *(pytest.param(line, marks=pytest.mark.slow) for line in MAPS)])
-def test_the_command_line_names_the_cure_and_takes_it(line: str) -> None:
-    words = line.split()
+def test_the_command_line_names_the_cure_and_takes_it() -> None:
+    words = PASSIVE.split()
     refused = run(*words)
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "--scuffing-reach 0.08" in refused.stderr
     walked = run(*words, "--scuffing-reach", 0.08, "--json")
     assert walked.exit_code == 0
-    assert line != PASSIVE or ('"outcome": "finished"' in walked.stdout and '"reach": 0.08' in walked.stdout)
+    assert '"outcome": "finished"' in walked.stdout
+    assert '"reach": 0.08' in walked.stdout
     assert run(*words, "--scuffing-reach", -1).exit_code == 2
-
-
-@pytest.mark.parametrize("field", ["reach", "delay"])
-@pytest.mark.parametrize("value", [-0.1, math.nan, math.inf])
-def test_domain(field: str, value: float) -> None:
-    given: dict[str, Any] = {field: value}
-    with pytest.raises(mjbiped.InputError, match=field):
-        ScuffingRule(**given)
 
 
 def test_all_three_conditions_must_hold() -> None:

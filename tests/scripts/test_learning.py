@@ -1,6 +1,6 @@
 """Learned policies: trainings repeat themselves to the last bit, and the stored ones are those of the page."""
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -9,19 +9,15 @@ import gymnasium
 import numpy as np
 import pytest
 from command_line import run
-from documentation import table
 
 import mjbiped
-from mjbiped.envs import TASKS
 from mjbiped.envs.tasks import WalkTask
-from mjbiped.errors import InputError
 from mjbiped.records.record import Walk
-from scripts.learning import evaluate, evaluation, training
-from scripts.learning import train as program
+from scripts.learning import evaluation, training
 from scripts.learning.checkpoint import Checkpoint
-from scripts.learning.evaluation import GROUNDS, by_training, interval, try_out
+from scripts.learning.evaluation import interval
 from scripts.learning.rollouts import WEIGHTS, Array, Rollouts, actions
-from scripts.learning.training import seeds_of, train
+from scripts.learning.training import train
 
 TIMES = {"wall", "processor"}  # the only fields that differ from run to run
 
@@ -54,25 +50,6 @@ def test_a_seed_gives_one_policy_bitwise_broken_off_or_not(tmp_path: Path) -> No
     assert not np.array_equal(whole.weights, after(4, seed=4).weights)
 
 
-def test_returns_that_lead_elsewhere_are_refused() -> None:
-    """A file of other settings is not gone on with as if it were of these."""
-    reached = after(2)
-    changes: list[dict[str, Any]] = [{"weights": reached.weights + 1e-12}, {"returns": reached.returns[:, :, :1]}]
-    for change in changes:
-        with pytest.raises(InputError, match="remove its file to begin anew"):
-            after(1, replace(reached, **change))
-
-
-@pytest.mark.slow
-def test_a_residual_begins_as_the_adaptive_controller() -> None:
-    """The first mean is zero, and the walk of 20 s on random ground returns what docs/environments.md's table says."""
-    run = train(True, 1, threads=1)
-    first = next(run)
-    run.close()
-    # 0.71 + 0.19 in each of 1000 steps on level ground; random ground costs and gives a few percent
-    assert first.mean_returns[0] == pytest.approx(900.0, rel=0.05)
-
-
 def test_an_interval_holds_the_mean_as_often_as_it_says() -> None:
     """Of 500 samples of five normal numbers, 95 %."""
     samples = np.random.default_rng(3).normal(1.0, 2.0, (500, 5))
@@ -81,47 +58,7 @@ def test_an_interval_holds_the_mean_as_often_as_it_says() -> None:
     assert held == pytest.approx(evaluation.CONFIDENCE, abs=0.03)
 
 
-def test_the_training_has_not_seen_these_grounds() -> None:
-    """NumPy takes (2, 5) and (2, 5, 0) for one seed, so the first number must be one that no training has."""
-    seeds = {seed[0] for ground in GROUNDS for seed in ground.seeds}
-    (least,) = (option.type.min for option in program.main.params if option.name == "seed")  # type: ignore[attr-defined]
-    assert max(seeds) < least
-    assert seeds_of(least, 0)[0][0] == least
-    assert {ground.task for ground in GROUNDS} == set(TASKS)
-
-
 # ---- stored policies -----------------------------------------------------------------------------------------------
-
-
-def test_the_page_says_what_the_trainings_took() -> None:
-    headings, rows = evaluate.training_table(evaluate.trained(evaluate.STORED))
-    assert [dict(zip(headings, row, strict=True)) for row in rows] == table("learning", "trainings")
-
-
-@pytest.mark.parametrize("kind", evaluate.KINDS)
-def test_all_walk_two_seconds_of_level_ground(kind: str) -> None:
-    trainings = evaluate.trained(evaluate.STORED)[kind]
-    task = WalkTask("walk_level", residual=kind == "residual", time_limit=2.0)
-    rollouts = Rollouts(task, len(trainings), threads=1, recorded=True)
-    rollouts.returns(np.array([training.weights for training in trainings]), [(0,)])
-    walks = rollouts.walks()
-    rollouts.close()
-    assert [walk.outcome for walk in walks] == ["time limit"] * len(trainings)
-    # the gait has a step in 0.76 s; none of them walks slower by half
-    assert all(walk.steps >= 2 for walk in walks)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", evaluate.KINDS)
-def test_the_page_says_what_they_return_on_level_ground(kind: str) -> None:
-    ground = next(ground for ground in GROUNDS if ground.name == "level")
-    trainings = evaluate.trained(evaluate.STORED)[kind]
-    weights = np.array([training.weights for training in trainings])
-    seeds = tuple(training.seed for training in trainings)
-    found, _ = try_out(ground, kind, seeds, weights, kind == "residual")
-    told = evaluate.in_words(interval(by_training(found, "return")), 0)
-    (row,) = (row for row in table("learning", "returns") if (row["ground"], row["controller"]) == ("level", kind))
-    assert row["return"] == told
 
 
 def episode(env: Any, weights: Array, seed: int) -> tuple[float, int, Walk]:

@@ -3,7 +3,7 @@
 import pytest
 
 from scripts import mutants
-from scripts.mutants import EQUIVALENT, ROOMS, ROOT
+from scripts.mutants import EQUIVALENT, ROOT
 
 SOURCE = '''"""What it is: 1 + 1."""
 
@@ -42,9 +42,13 @@ def test_functions_are_changed_and_not_what_they_say() -> None:
 
 
 def test_rooms_and_arguments_are_of_what_is_there() -> None:
-    for module, tests in ROOMS.items():
-        assert (ROOT / module).is_file(), module
-        assert all((ROOT / "tests" / file).is_file() for file in tests), module
+    for module in mutants.modules():
+        assert all((ROOT / "tests" / tests).exists() for tests in mutants.tests_of(module)), module
+    assert mutants.tests_of("mjbiped/engines/mujoco/step_size.py")[:3] == [
+        "engines/mujoco/test_step_size.py",
+        "engines/mujoco",
+        "engines",
+    ]
     for (module, *lines), why in EQUIVALENT.items():
         source = (ROOT / module).read_text()
         known = [list(each.lines(source)) for each in mutants.mutants_of(module, source)]
@@ -56,6 +60,6 @@ def test_rooms_and_arguments_are_of_what_is_there() -> None:
 @pytest.mark.timeout(3600)  # s: some twelve minutes on two cores
 def test_the_tests_notice_small_faults() -> None:
     """Of twenty mutants of the newer engines and laws; what survives is printed, and a test of it is missing."""
-    found = list(mutants.verdicts(mutants.sample(20, 0, sorted(ROOMS)), workers=2))
+    found = list(mutants.verdicts(mutants.sample(20, 0, mutants.modules()), workers=2))
     report = "\n".join(map(mutants.told, found))
     assert mutants.share(found) >= mutants.WANTED, report

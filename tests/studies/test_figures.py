@@ -10,7 +10,7 @@ from legible import assert_legible
 from matplotlib.figure import Figure
 
 from mjbiped.plotting import WIDTHS, figure_width, style
-from mjbiped.studies.bins import binned, drawings, measured, middle, values_of
+from mjbiped.studies.bins import binned, measured, middle, values_of
 from mjbiped.studies.cell import MEASURES, Row
 from mjbiped.studies.figures import draw
 from mjbiped.studies.plan import FINISHED, Study, plan
@@ -72,20 +72,6 @@ def test_legible(text: str, name: str, width: str, tmp_path: Path, monkeypatch: 
         draw(study, [{**row, **FAILED} for row in rows], tmp_path)  # nothing finished: other words, no error
     assert file.read_bytes() != before
     assert_legible(figures[0], width, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
-
-
-def test_a_group_without_the_parameter_is_a_level_line_and_an_even_map() -> None:
-    study, rows = rows_of(BASELINE)
-    [line] = drawings(rows, study.varied, [COST])
-    adaptive, passive = line.measures[COST]
-    assert line.groups.ticks == ("adaptive", "passive")
-    assert passive[0].tolist() == [3.0] * 3
-    assert (adaptive[0, 1:].tolist(), adaptive[3].tolist()) == ([1.0, 2.0], [0, 1, 1])  # the first one fell
-    study, rows = rows_of('terrain = { name = "incline", slope_deg = [1, 2] }\n' + BASELINE)
-    [drawn] = drawings([{**row, "outcome": FINISHED} for row in rows], study.varied, [COST])
-    passive = drawn.measures[COST][1]
-    assert [axis.name for axis in drawn.axes] == ["controller.position_gain", "terrain.slope_deg"]
-    assert passive[0].tolist() == [[6.0] * 3, [7.0] * 3]  # one value for each slope, whatever the gain
 
 
 def test_only_finished_walks_are_measured() -> None:

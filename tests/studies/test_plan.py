@@ -9,7 +9,7 @@ import pytest
 from documentation import ROOT, blocks
 
 import mjbiped
-from controllers import AdaptiveController, PassivityController
+from controllers import AdaptiveController
 from mjbiped.errors import InputError
 from mjbiped.studies.plan import MOST_CELLS, Study, plan, read_study
 
@@ -30,7 +30,6 @@ def test_grid_in_order() -> None:
     rows = [tuple(cell.values[name] for name in study.varied) for cell in study.cells]
     assert rows == [(e, g, d) for e in ("hybrid", "mujoco") for g in (2, 5, 8) for d in (0.5, "none")]
     assert study.cells[0].values["limit.steps"] == 7
-    assert [cell.controller().describe()["replanning_delay"] for cell in study.cells[:2]] == [0.5, None]
 
 
 def test_whole_grid_for_each_sample() -> None:
@@ -45,8 +44,6 @@ def test_whole_grid_for_each_sample() -> None:
     """
     study = planned(text.format(samples=4))
     assert study.drawn == {"robot.hip_mass", "terrain.seed", "terrain.slope_deg.plus_minus"} < {*study.varied}
-    samples = [(cell.sample, cell.values["controller.position_gain"]) for cell in study.cells]
-    assert samples == [(sample, gain) for sample in range(4) for gain in (2, 8)]
     for first, second in zip(study.cells[::2], study.cells[1::2], strict=True):
         assert (first.robot(), first.terrain()) == (second.robot(), second.terrain())
     half = study.cells[0].values["terrain.slope_deg.plus_minus"]
@@ -66,17 +63,8 @@ def test_alternatives_have_their_own_settings() -> None:
     names = ("controller.name", "controller.position_gain", "controller.gain", "terrain.name", "terrain.rise")
     assert study.varied == names
     assert len(study.cells) == 4 * 3
-    law = study.cells[6].controller()
-    assert isinstance(law, PassivityController)
-    assert law.gain == 3.0
+    assert study.cells[6].controller().describe()["gain"] == 3.0
     assert study.cells[1].terrain() == mjbiped.Terrain.level()
-
-
-def test_nothing_but_defaults_is_one_walk() -> None:
-    (cell,) = planned("").cells
-    usual = {"engine": "mujoco", "initial": "gait", "controller.name": "adaptive", "terrain.name": "mixed"}
-    assert dict(cell.values) == usual
-    assert (cell.terrain(), cell.robot()) == (mjbiped.Terrain.mixed(), mjbiped.Compass())
 
 
 def test_settings_reach_the_walk() -> None:
@@ -134,17 +122,13 @@ COUNT = "{ from = 1, to = 2, count = 1001 }"
         ("sead = 1", "unknown key 'sead'.*did you mean 'seed'"),
         ("samples = 3", "nothing is drawn"),
         ("robot = { hip_mass = { uniform = [5, 15] } }", "samples is missing"),
-        ('engine = "drake"', "unknown engine"),
-        ("steps = [3, 0]", r"cell 1 \(limit.steps = 0\): steps = 0: "),
         ('engine = "hybrid"\ntimestep = 1e-4', "timestep: settings of the engine mujoco"),
         ('initial = { around = "gait", q3 = 1 }', "around, q1, q2, dq1, dq2"),
         ("controller = { position_gain = [5, -1] }", r"cell 1 \(controller.position_gain = -1\): position_gain = "),
         ('controller = { name = ["adaptive", "passive"], position_gain = 3 }', "name = 'passive'.*position_gain"),
-        ("initial = { q1 = 1 }", "all of q1, q2, dq1, dq2"),
         ('terrain = { name = "random", slope_deg = { low = 3 } }', "expected {low, high} or {plus_minus}"),
         (f"controller.position_gain = {COUNT}\nrobot.hip_mass = {COUNT}", f"at most {MOST_CELLS}"),
         ('plot = { parameters = ["robot.hip_mass"] }', "name in plot.parameters"),
-        ('plot = { measures = ["beauty"] }', "cost_of_transport"),
         ('engine = "hybrid"\nrobot = { kind = ["compass", "kneed"] }\n'
          "initial = { q1 = 0, q2 = 0, dq1 = 0, dq2 = 0 }", "robot.kind = 'kneed'.*initial needs q3, dq3 as well"),
         ('engine = "hybrid"\nrobot = { kind = "kneed" }\nscuffing = { reach = 0.3 }', "its swing foot's contact is on"),

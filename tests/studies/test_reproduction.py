@@ -12,14 +12,12 @@ from reproduction_rows import changed, made_row
 
 import mjbiped
 from controllers import AdaptiveController
-from mjbiped.plotting.style import TRUTH
 from mjbiped.records.measures import cost_of_transport
 from mjbiped.studies.cell import Cell
 from mjbiped.studies.reproduction import cell as cells
 from mjbiped.studies.reproduction import section_5 as paper
-from mjbiped.studies.reproduction.figures import plot_figure_5
 from mjbiped.studies.reproduction.reproduce import walked
-from mjbiped.studies.reproduction.results import Results, Row, read_rows, side_distances, write_rows
+from mjbiped.studies.reproduction.results import Results, Row
 
 DOWN = mjbiped.Terrain.stairs(rise=-0.02)
 LAW = paper.adaptive(0.8)
@@ -195,35 +193,6 @@ def test_nearest_choice_and_its_distance(rows: list[Row]) -> None:
     assert best.delay is None
 
 
-def test_ground_that_is_not_walked_cannot_be_chosen(rows: list[Row]) -> None:
-    nothing = dict.fromkeys(cells.COSTS, math.nan)
-    lost = [changed(r, **nothing) if r.pattern == "down" and r.ground == "stair 2" else r for r in rows]
-    found = Results(lost).readings
-    assert (found[0].stairs[0], found[-1].distance) == ("up", math.inf)
-    sides = {side.stairs[0]: side.distance for side in side_distances(lost, paper.STAIRS)}
-    assert sides == pytest.approx({"down": math.inf, "up": math.log(1.3)}, rel=1e-12)
-
-
-def test_source_whose_failures_are_the_papers_is_first(rows: list[Row]) -> None:
-    walks, places = list(rows), Results(rows).best.places
-    for method in ("PBC", "ECC", "KETC"):
-        for source in paper.SLOPE_SOURCES:
-            for place in places:
-                printed = paper.TABLE_2[method][place[0]]
-                fails = math.isnan(printed) and source == "local"
-                value = math.nan if fails else 1.05 * (0.03 if math.isnan(printed) else printed)
-                mine = read(*place, 1.0, delay=None, method=method, slope_source=source)
-                walks.append(changed(mine, **dict.fromkeys(cells.COSTS, value)))
-    results = Results(walks)
-    found = {source: results.agreement("hybrid", source) for source in results.sources}
-    assert next(iter(found)) == "local"
-    assert (found["local"].agreeing, found["local"].asked) == (15, 15)
-    assert {a.agreeing for source, a in found.items() if source != "local"} == {10}  # the paper's five X are walked
-    assert all(a.distance == pytest.approx(math.log(1.05), rel=1e-12) for a in found.values())
-    text = write_rows(read_rows(write_rows(walks)))  # of six digits
-    assert write_rows(read_rows(text)) == text
-
-
 # kept walks
 
 
@@ -253,28 +222,10 @@ def test_what_has_ended_is_not_walked_again(tmp_path: Path, monkeypatch: pytest.
     found = results(tmp_path, planned)
     assert begun == [*planned, *planned[1:]]  # the third was broken off, and the second had failed
     assert [each["outcome"] for each in found] == ["finished", "failed", "finished"]
-    assert "downhill" in str(found[1]["error"])
     kept = [cells.record_path(tmp_path, planned[k]) for k in (0, 2)]
-    first = mjbiped.Walk.load(kept[0])
-    assert (first.steps, len(first.samples["time"]) > 200) == (2, True)  # every 5 ms of 1.5 s
     kept[0].unlink()
     assert repr(results(tmp_path, planned)) == repr(found)
     assert begun[5:] == planned[:2]
-    assert mjbiped.Walk.load(kept[0]) == first
+    assert len(mjbiped.Walk.load(kept[0]).samples["time"]) > 200  # every 5 ms of 1.5 s
     results(tmp_path, [], fresh=True)
     assert not any(path.exists() for path in kept)
-
-
-def test_figure_5_shows_the_records(walk: mjbiped.Walk, tmp_path: Path) -> None:
-    """A row for each gamma, a curve for each walk, and each ground's truth where one landed beyond an edge."""
-    other = dataclasses.replace(walk, touchdowns={**walk.touchdowns, "slope": np.roll(walk.touchdowns["slope"], 1)})
-    for second, truths in ((walk, 1), (other, 2)):
-        curves = {(3.0, True): walk, (3.0, False): second, (-3.0, True): walk, (-3.0, False): walk}
-        figure = plot_figure_5(dict.fromkeys((0.3, 3.0), curves), tmp_path / "five.png")
-        assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a) γ = 0.3", "(b) γ = 3"]
-        for axes in figure.axes:
-            lines = [line for line in axes.lines if "from" in str(line.get_label())]
-            assert len({(line.get_color(), str(line.get_linestyle())) for line in lines}) == 4
-            for line in lines:
-                np.testing.assert_array_equal(line.get_ydata(), np.degrees(walk.samples["slope_estimate"]))
-            assert sum(line.get_color() == TRUTH["color"] for line in axes.lines) == truths

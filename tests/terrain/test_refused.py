@@ -1,6 +1,5 @@
 """What makes no terrain is refused, by a message that names the quantity or the line."""
 
-import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -12,52 +11,33 @@ from mjbiped.errors import InputError
 from mjbiped.terrain.profile import MOST_SEGMENTS, STEEPEST_SLOPE
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
-MANY_SAMPLES = Terrain((0.0, 1.0, 2.0, 3.0, 4.0), (0.0,) * 5, (0.0,) * 5, end=5.0)
 PARAMETERS: list[tuple[str, dict[str, Any], str]] = [
     ("incline", {"slope_deg": 40}, "terrain incline: slope_deg: a slope of 40 degrees"),
     ("stairs", {"tread": 0.0}, "tread = 0.0: must be from 1e-06 to 100000 m"),
-    ("stairs", {"count": MOST_SEGMENTS}, "count"),
     ("slopes", {"change_deg": 3.0}, "start_deg . 16 x change_deg: a slope of 48 degrees"),
-    ("mixed", {"seed": 1}, "unknown parameter of the terrain mixed 'seed'"),
     ("random", {"length": 1e5, "segment_length": (1e-4, 2.0)}, "can be more than"),
-    ("random", {"segment_length": (0.8, 1e5), "spacing": 0.25, "roughness": 0.001}, "can be more than"),
     ("random", {"segment_length": (2.0, 1.0)}, "swap them"),
-    ("random", {"slope_deg": (-3.0, 40.0)}, "slope_deg: a slope of 40"),
-    ("random", {"slope_deg": (-3.0, "b")}, "slope_deg, high end = 'b': "),
     ("random", {"roughness": 0.4}, "steeper than the robot can stand on"),
     ("treads", {"tread": 1e-3}, "segments; choose a shorter length or a longer tread"),
     ("waves", {"spacing": 0.2}, "four times spacing"),
-    ("waves", {"shortest": 6.0}, "less than longest"),
-    ("waves", {"length": 1e5}, "segments; choose a shorter length or a longer spacing"),
-    ("Level", {}, "valid are level, incline, slopes, stairs, mixed, random"),
     ("recorded", {}, "recorded ground needs an elevation file"),
     ("recorded", {"file": Terrain.level()}, "goes on without end; expected an elevation file"),
     ("recorded", {"file": Terrain((0.0,), (0.0,), (0.0,), end=3.0)}, "is a record of 3 m; at least 5 m are needed"),
-    ("recorded", {"file": MANY_SAMPLES, "length": 1e5}, "choose a shorter length"),
 ]
 TEXTS = [
     ("stair:tread=1.8", "did you mean 'stairs'.*path of a terrain file"),
-    ("stairs:", "terrain stairs: cannot read ''"),
-    ("stairs:tread", "cannot read 'tread'.*key=value"),
-    ("stairs:=3", "cannot read"),
     ("stairs:tread=1,tread=2", "given twice"),
-    ("stairs:tread=1_0", "no number"),
     ("random:slope_deg=1..2..3", "no number"),
     ("random:slope_deg=2", "range .low, high., on the command line low..high"),
-    ("stairs:tread=1..2", "tread = .1, 2.: must be a finite number"),
     ("stairs:tred=1", "unknown parameter of the terrain stairs 'tred'.*did you mean 'tread'"),
     ("missing.csv", "terrain file missing.csv: there is no such file"),
-    ("folder/thing", "unknown suffix ''"),
     ("ground.txt", r"unknown suffix '.txt': valid are .csv, .asc, .toml, .yaml, .yml"),
 ]
 SEGMENTS: list[tuple[Any, str]] = [
     ([], "there are no segments"),
     ("1,2,3", "must be a list"),
-    ([(1.0, 2.0, 0.0, 0.0, 0.0)], "segment 1 is"),
-    ([(1.0, 0.0), "ab"], "segment 2 is 'ab'"),
     ([(1.0, 0.0), (-1.0, 0.0)], "segment 2: length"),
     ([(1.0, 0.0), (1.0, 38.7)], r"segment 2: slope: .*steeper than the robot can stand on at friction 0.8"),
-    ([(1.0, -38.7)], "expected less than 38.7 degrees"),
     ([(1.0, 0.0), (1.0, 0.0, -0.6)], "segment 2: step = -0.6: must be from -0.5 to 0.5 m"),
     ([(9e4, 0.0), (9e4, 0.0), (1.0, 0.0)], "segment 3: x"),
 ]
@@ -65,22 +45,16 @@ MANY = MOST_SEGMENTS + 1
 FIELDS: list[tuple[dict[str, Any], str]] = [
     ({"x": ()}, "at least one"),
     ({"z": [0.0, 1.0]}, "the same number of entries"),
-    ({"angle": (0.0, 0.0)}, "the same number"),
     ({"z": (2e5,)}, "segment 1: z = 200000.0: must be from -100000 to 100000 m"),
     ({"angle": (STEEPEST_SLOPE,)}, "segment 1: a slope"),
     ({"angle": (-STEEPEST_SLOPE,)}, "segment 1: a slope"),
     ({"x": (1.0,)}, "starts at x = 0"),
-    ({"x": (-1.0,), "end": 0.0}, "starts at x = 0"),
-    ({"end": -math.inf}, "end"),
     ({"x": (0.0, 0.0), "z": (0.0, 0.0), "angle": (0.0, 0.0)}, "length > 0"),
     ({"x": (0.0, 1.0), "z": (0.0, 0.6), "angle": (0.0, 0.0)}, "segment 2: its step"),
     ({"x": tuple(range(MANY)), "z": (0.0,) * MANY, "angle": (0.0,) * MANY}, "at most"),
-    ({"x": None}, "x = None"),
     ({"name": 5}, "name = 5: must be text"),
     ({"parameters": [["alone"]]}, "pairs of a name and a value"),
-    ({"parameters": 5}, "pairs of a name and a value"),
     ({"parameters": [["a", {"b": 1}]]}, "parameter holds"),
-    ({"parameters": [["a", math.nan]]}, "parameter holds"),
 ]
 MADE: list[tuple[Callable[[], object], str]] = [
     *((partial(Terrain.preset, name, **parameters), message) for name, parameters, message in PARAMETERS),
@@ -110,15 +84,12 @@ def test_what_is_outside_its_domain_is_refused(make: Callable[[], object], messa
     ("suffix", "text", "message"),
     [
         (".csv", " \n\n", "the file is empty"),
-        (".csv", "x,z\n", "0 elevation sample"),
         (".csv", "0,0\n1,0,0\n", r"line 2: 3 column\(s\) in '1,0,0'"),
         (".csv", "0,0\n\n# c\n1,high\n", "line 4: z = 'high': must be a finite number"),
-        (".csv", "zero,0\n1,0\n", "line 1: x = "),
         (".csv", "z,x\n0,0\n1,0\n", "line 1: the header reads z, x.*swap the columns"),
         (".csv", "0,0\n2,0\n1,0\n", "line 3: x = 1 m comes after 2 m; sort"),
         (".csv", "0,0\n1,0\n1,0\n2,0\n", "line 3: repeats the sample of line 2"),
         (".csv", "0,0\n0,0.1\n1,0\n", "line 2: a vertical step at an end.*drop line 1"),
-        (".csv", "0,0\n1,0\n1,0.1\n", "line 3: a vertical step at an end"),
         (".csv", "0,0\n1,0\n1,0.1\n1,0.2\n2,0\n", "line 4: .*three rows"),
         (".csv", "0,0\n1,0\n1,0.6\n2,0.6\n", "lines 2 to 3: the step = 0.(6|5999+): must be from -0.5 to 0.5 m"),
         (".csv", "0,0\n1,0\n2,0.9\n", "lines 2 to 3: a slope of -41.99 degrees is steeper"),
@@ -126,12 +97,8 @@ def test_what_is_outside_its_domain_is_refused(make: Callable[[], object], messa
         (".csv", "0,0\n1,\udcff\n", "line 2: not UTF-8"),
         (".toml", "0,0\n1,0\n\0\n", "line 3: binary"),
         (".toml", "segments = [[1, 0],\n[1, 0 0]]", "not readable as TOML: .*line 2"),
-        (".toml", "segments = " + "[" * 3000 + "]" * 3000, "not readable as TOML"),
         (".toml", "# nothing", "'segments' is missing; expected segments = "),
         (".toml", "segmets = []", "unknown key 'segmets': valid are segments; did you mean 'segments'"),
-        (".toml", "segments = [3]", "segment 1 is 3"),
-        (".toml", "segments = [{length = 1, slope = 2}]", "segment 1 has .length, slope.; expected"),
-        (".toml", "segments = [{length = 1, slope_deg = 2, high = 3}]", "has .length, slope_deg, high."),
         (".yaml", "segments: [[1, 0]\nfoo", "not readable as YAML: .*line 2"),
         (".yaml", "!!python/object/apply:os.getcwd []", "holds no table"),
         (".yaml", "segments: [&a [1, *a]]", "not readable as YAML: .*recursive"),

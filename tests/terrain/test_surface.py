@@ -5,6 +5,7 @@ import itertools
 import json
 import math
 import pickle
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,6 @@ def test_the_grid_has_its_heights_at_its_places_and_its_edges_heights_beyond() -
     assert GRID.height_at(-9.0, -0.55) == pytest.approx(RANDOM[:2, 0].mean())
     assert GRID.ends == pytest.approx((1.5, 0.7))
     assert math.isnan(GRID.height_at(math.nan, 0.0))
-    with pytest.raises(ValueError, match="read-only"):
-        GRID.heights[0, 0] = 1.0
 
 
 @given(st.integers(0, 2), st.integers(0, 4), st.floats(0.01, 0.98), st.floats(0.01, 0.98))
@@ -103,13 +102,6 @@ def test_a_seed_gives_the_same_bumps_on_every_plane_and_others_than_another_seed
     assert (level.surface.heights[60:62, 100] / RESOLUTION).tolist() == [-4314.0, -2109.0]  # type: ignore[union-attr]
 
 
-def test_feet_that_walk_straight_tread_midway_between_the_lines_of_the_grid() -> None:
-    surface = Terrain.bumps().surface
-    assert surface is not None
-    for y in (-0.05, 0.05):
-        assert (y - surface.y0) / surface.spacing % 1.0 == pytest.approx(0.5)
-
-
 # ---- surveyed grids -------------------------------------------------------------------------------------------------
 
 ASC = """ncols 4
@@ -141,19 +133,11 @@ def test_a_surveyed_grid(tmp_path: Path, header: str) -> None:
     ("change", "message"),
     [
         (("ncols 4", ""), "ncols = 'missing'"),
-        (("cellsize 0.5", "dx 0.5"), "line 5: header 'dx': valid are ncols"),
         (("xllcorner -1.5", ""), "neither xllcorner nor xllcenter"),
-        (("cellsize 0.5", "cellsize wide"), "line 5: 'cellsize wide': expected cellsize and a number"),
         (("0.05 0.06", "0.05"), "line 9: 3 heights; the header says ncols 4"),
         (("NROWS 3", "NROWS 4"), "3 rows of heights; the header says 4"),
         (("0.07", "-9999.0"), "line 9, height 3 of 4, is -9999.0, which stands for no data .*fill it"),
-        (("NODATA_value -9999\n0.01", "-9999"), "line 6, height 1 of 4, is -9999, which stands for no data"),
-        (("0.07", "0,7"), "line 9, height 3 of 4 = '0,7'"),
-        (("0.07", "nan"), "line 9, height 3 of 4, is nan, which stands for no data"),
-        (
-            ("xllcorner -1.5", "xllcorner 512345"),
-            "from x = 512345.25 to 512346.75 m.*subtract the start's x from xllco",
-        ),
+        (("xllcorner -1.5", "xllcorner 512345"), "from x = 512345.25 to .*subtract the start's x from xllco"),
         (("yllcorner -1", "yllcorner 2"), "from y = 2.25 to .*subtract the start's y"),
         (("0.07", "1.7"), "at x = .* m: a slope of .* degrees is steeper"),
     ],
@@ -183,40 +167,29 @@ def test_the_record_and_a_pickle_give_back_the_surface_bit_by_bit(terrain: Terra
     assert Terrain.from_dict(other.to_dict()) == other
 
 
-@pytest.mark.parametrize(
-    "surface", [{}, 5, {"waves": {"seed": 1}}, {**GRID.to_dict(), "shape": [3, 6]}, {**GRID.to_dict(), "heights": "no"}]
-)
-def test_a_spoilt_record_is_refused(surface: Any) -> None:
-    with pytest.raises(InputError, match=r"surface = .*is not what"):
-        Terrain.from_dict({**GROUND.to_dict(), "surface": surface or {"x0": 0.0}})
-
-
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"lateral": (0.3,), "surface": FALLING}, "at x = .* m: a slope of 4.* degrees is steeper"),
-        ({"surface": 5}, "surface = 5: must be a Surface"),
-        ({"x": (0.0, 1.0), "z": (0.0, 0.0), "angle": (0.0, 0.0), "lateral": ()}, "on a single segment.* has 2"),
-        ({"surface": Surface(1.0, -1.0, 0.5, RANDOM)}, "from x = 1 to 3.5 m.*the robot starts at x = 0"),
-        ({"surface": Surface(-1.0, 1.0, 0.5, RANDOM)}, "from y = 1 to .*the robot starts at x = 0, y = 0"),
-        ({"surface": Surface(-1.0, -1.0, 0.5, 20.0 * RANDOM)}, "at x = .*degrees is steeper"),
-    ],
-)
-def test_a_surface_that_does_not_suit_is_refused(fields: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        dataclasses.replace(GROUND, **fields)
+SUITS_NOT: list[tuple[dict[str, Any], str]] = [
+    ({"lateral": (0.3,), "surface": FALLING}, "at x = .* m: a slope of 4.* degrees is steeper"),
+    ({"x": (0.0, 1.0), "z": (0.0, 0.0), "angle": (0.0, 0.0), "lateral": ()}, "on a single segment.* has 2"),
+    ({"surface": Surface(1.0, -1.0, 0.5, RANDOM)}, "from x = 1 to 3.5 m.*the robot starts at x = 0"),
+    ({"surface": Surface(-1.0, 1.0, 0.5, RANDOM)}, "from y = 1 to .*the robot starts at x = 0, y = 0"),
+]
+SPOILT = [{"x0": 0.0}, 5, {"waves": {"seed": 1}}, {**GRID.to_dict(), "shape": [3, 6]}]
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        *((partial(dataclasses.replace, GROUND, **fields), message) for fields, message in SUITS_NOT),
+        *(
+            (partial(Terrain.from_dict, {**GROUND.to_dict(), "surface": spoilt}), r"surface = .*is not what")
+            for spoilt in SPOILT
+        ),
         (lambda: Surface(0.0, 0.0, 0.1, [[0.0, 1.0]]), "1 x 2 heights: must have two rows"),  # type: ignore[arg-type]
         (lambda: Surface(0.0, 0.0, 0.1, np.zeros((2, MOST_HEIGHTS))), "heights at most"),
         (lambda: Surface(0.0, 0.0, 0.0, RANDOM), "spacing = 0.0"),
         (lambda: Surface(0.0, 0.0, 0.1, [[0.0, math.nan], [0.0, 0.0]]), "heights: nan in it"),  # type: ignore[arg-type]
         (lambda: Terrain.bumps(rms=0.05), "steeper than the robot can stand on"),
         (lambda: Terrain.bumps(shortest=0.1), "at least 0.2 m, four times"),
-        (lambda: Terrain.bumps(shortest=4.0), "less than longest"),
         (lambda: Terrain.bumps(length=1000.0), "bumps of more than .* have too many heights"),
         (lambda: Terrain.recorded(GROUND), "goes on without end"),
         (lambda: Terrain.recorded(dataclasses.replace(GROUND, end=9.0)), "is ground in space"),

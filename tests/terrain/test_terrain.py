@@ -11,16 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mjbiped.terrain.profile import (
-    HIGHEST_STEP,
-    segment_near,
-    segment_under,
-)
+from mjbiped.engines.checks import check_ground
+from mjbiped.errors import InputError
+from mjbiped.robots.kinds import KINDS
+from mjbiped.robots.robot import Robot
+from mjbiped.terrain.profile import HIGHEST_STEP, segment_near, segment_under
 from mjbiped.terrain.shape import STEP_RESOLUTION
 from mjbiped.terrain.terrain import Terrain, parse_terrain
 
 STEPS = st.one_of(st.just(0.0), st.floats(-0.5, 0.5).filter(lambda s: abs(s) > 1e-6))
 SEGMENTS = st.lists(st.tuples(st.floats(0.01, 20.0), st.floats(-38.0, 38.0), STEPS), min_size=1, max_size=12)
+SLOPE = st.floats(-25.0, 25.0)
 THREE = [(1.0, 2.0, 0.0), (2.0, -1.0, 0.01), (0.5, -3.0, 0.0)]
 
 
@@ -31,6 +32,7 @@ THREE = [(1.0, 2.0, 0.0), (2.0, -1.0, 0.01), (0.5, -3.0, 0.0)]
 def test_segments_have_their_lengths_slopes_and_steps(rows: list[tuple[float, float, float]], part: float) -> None:
     """Along the ground; heights are continuous but for the rises, and slopes are minus their gradients."""
     terrain = Terrain.from_segments(rows)
+    assert terrain.height(-10.0) == pytest.approx(rows[0][2] + 10.0 * math.tan(math.radians(rows[0][1])))
     # the first segment's step is the datum
     assert (terrain.x[0], terrain.z[0], terrain.rises[0], terrain.end) == (0.0, rows[0][2], 0.0, math.inf)
     for i, (length, slope, step) in enumerate(rows):
@@ -50,14 +52,6 @@ def test_segments_have_their_lengths_slopes_and_steps(rows: list[tuple[float, fl
         if i + 1 < len(rows):
             along = math.hypot(stop - start, terrain.heights_before[i + 1] - terrain.z[i])
             assert along == pytest.approx(length, abs=1e-11)
-
-
-def test_the_first_segment_extends_backwards_and_the_last_forwards() -> None:
-    terrain = Terrain.from_segments(THREE)
-    assert terrain.slope(-100.0) == math.radians(2.0)
-    assert terrain.height(-10.0) == pytest.approx(10.0 * math.tan(math.radians(2.0)))
-    assert terrain.slope(1e4) == math.radians(-3.0)
-    assert terrain.height(1e4) > terrain.height(1e3) > terrain.height(10.0)
 
 
 def test_the_highest_step_is_allowed_whatever_the_rounding() -> None:
@@ -92,11 +86,6 @@ def test_a_segment_is_found_from_any_other() -> None:
         assert {segment_near(profile, x, index) for index in range(14)} == {segment_under(profile, x)}
 
 
-def test_nan_gives_nan() -> None:
-    for ask in (Terrain.stairs().height, Terrain.stairs().slope):
-        assert np.isnan(ask([math.nan, 0.0])).tolist() == [True, False]
-
-
 # ---- value, record --------------------------------------------------------------------------------------------------
 
 
@@ -108,12 +97,6 @@ def test_lists_arrays_and_numpy_numbers_become_plain_tuples() -> None:
     assert math.copysign(1.0, terrain.angle[1]) == 1.0  # no negative zero
 
 
-def test_captions_name_what_the_terrain_was_made_with() -> None:
-    assert Terrain.stairs().caption == "stairs (tread=1.8, rise=-0.06, first=0.9, count=20)"
-    assert "slope_deg=-3.0..3.0" in Terrain.random().caption
-    assert Terrain.from_segments(THREE).caption == "segments (3 segments)"
-
-
 # ---- by name, on the command line -----------------------------------------------------------------------------------
 
 
@@ -122,6 +105,7 @@ def test_text_on_the_command_line() -> None:
     assert parse_terrain("stairs: tread = 2 , count=3") == Terrain.stairs(tread=2.0, count=3)
     ranges = parse_terrain("random:segment_length=.5..1.5,rise=-1e-2..0")
     assert ranges == Terrain.random(segment_length=(0.5, 1.5), rise=(-0.01, 0.0))
+    assert "segment_length=0.5..1.5" in ranges.caption
 
 
 # ---- files ----------------------------------------------------------------------------------------------------------
@@ -186,10 +170,44 @@ def test_an_elevation_file(tmp_path: Path, encode: Any) -> None:
         (".toml", "[[segments]]\nlength=1\nslope_deg=2\n[[segments]]\nlength=2\nslope_deg=-1\nstep=0.01\n"
                   "[[segments]]\nlength=0.5\nslope_deg=-3\n"),
         (".yaml", "segments: [[1, 2.0, 0], [2.0, -1.0, 1e-2], [0.5, -3]]"),
-        (".yml", "segments:\n- {length: 1, slope_deg: 2}\n- {step: 0.01, slope_deg: -1, length: 2}\n- [0.5, -3]\n"),
+        (".yml", "segments:\n- {length: 1, slope_deg: 2}\n- {step: 0.01, slope_deg: -1, length: 2, lateral_deg: 0}\n"
+                 "- [0.5, -3]\n"),
     ],
 )  # fmt: skip
 def test_segment_files(tmp_path: Path, suffix: str, text: str) -> None:
     path = tmp_path / f"mine{suffix}"
     path.write_text(text)
     assert Terrain.from_file(path) == Terrain.from_segments(THREE, name=f"mine{suffix}")
+
+
+# ---- ground that falls to one side ----------------------------------------------------------------------------------
+
+
+@given(SLOPE, SLOPE, st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
+def test_a_plane_falls_forward_and_to_the_left(slope: float, lateral: float, x: float, y: float) -> None:
+    terrain = parse_terrain(f"incline:slope_deg={slope!r},lateral_deg={lateral!r}")
+    forward, left = math.tan(math.radians(slope)), math.tan(math.radians(lateral))
+    assert terrain.height_at(x, y) == pytest.approx(-forward * x - left * y, abs=1e-12)
+    normal = terrain.normal_at(x, y)
+    assert normal == pytest.approx(np.array([forward, left, 1.0]) / math.hypot(forward, left, 1.0))
+    assert terrain.is_profile == (left == 0.0)
+
+
+def test_each_segment_has_its_own_lateral_slope(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("segments: [[1, 0], [1, 2, 0.01, -3], {length: 1, slope_deg: 0, lateral_deg: 4}]")
+    terrain = Terrain.from_file(path)
+    assert np.rad2deg(terrain.lateral) == pytest.approx([0.0, -3.0, 4.0])
+    assert terrain.height_at(0.5, 2.0) == 0.0
+    assert terrain.height_at(1.0, 2.0) == pytest.approx(0.01 + 2.0 * math.tan(math.radians(3.0)))
+    assert terrain.height_at(9.0, -1.0) == pytest.approx(terrain.height_at(9.0) + math.tan(math.radians(4.0)))
+
+
+@pytest.mark.parametrize("terrain", [Terrain.level(lateral_deg=1.0), Terrain.bumps()], ids=["lateral", "bumps"])
+@pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
+def test_planar_robots_are_told_which_robots_walk_there(kind: type[Robot], terrain: Terrain) -> None:
+    if "hip_y" in kind().places:
+        check_ground(kind(), terrain)
+    else:
+        with pytest.raises(InputError, match=r"moves in a plane and .*'(level|bumps)' .*mjbiped.Compass3D"):
+            check_ground(kind(), terrain)

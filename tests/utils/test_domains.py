@@ -22,12 +22,11 @@ from controllers import (
     PassiveController,
     PassivityController,
 )
+from mjbiped import InputError, Terrain
 from mjbiped.engines.mujoco.engine import LEG
-from mjbiped.errors import InputError
 from mjbiped.terrain.presets import PRESETS
-from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
-from mjbiped.utils.domains import Count, Domain, Interval, check_kind, check_states, known_name
+from mjbiped.utils.domains import Count, Domain, Interval, check_states, known_name
 
 ROBOT = mjbiped.Compass()
 GAIT = mjbiped.find_passive_gait(ROBOT, math.radians(2.0))
@@ -66,11 +65,9 @@ def test_counts_are_whole_numbers(value: object) -> None:
     ("value", "message"),
     [
         ([[1.0], [1.0, 2.0]], r"m = .*: must be numbers from"),
-        (["1", "2"], r"m = .*: must be numbers from"),
         ([1.0, 10**400], r"m: inf in it: must be finite numbers from"),
         ([1.0, 0.0], r"m: 0.0 in it: must be numbers from"),
         ([[1.0, 2.0]], r"m: expected shape \(n,\), got \(1, 2\)"),
-        (1.0, r"m: expected shape \(n,\), got \(\)"),
     ],
 )
 def test_arrays_have_a_shape_and_numbers_of_the_domain(value: object, message: str) -> None:
@@ -85,9 +82,7 @@ def test_the_other_checks() -> None:
         assert domains.SOLE.check("sole", value) == ends
     for wrong in (-0.1, (0.1, 0.2, 0.3), "0.1,", (0.1, math.nan), (), True, {"behind": 0.1}):
         refuse(lambda wrong=wrong: domains.SOLE.check("sole", wrong), "sole = .*one distance from 0 to 1000 m, or two")  # type: ignore[misc]
-    assert check_states("state", (1, 2, 3e5, 4), (4,)).tolist() == [1.0, 2.0, 3e5, 4.0]
     refuse(lambda: check_states("state", (3e5, 0, 0, 0), (4,)), "its angles: 300000")
-    refuse(lambda: check_kind("robot", "Table I", mjbiped.Compass), r"robot must be a mjbiped\.Compass, got str")
     for name in ("levle", "l" * 10**6, 10**5000, ["level"], None):
         refuse(lambda name=name: known_name("terrain", name, ("level", "incline")), "valid are level, incline")  # type: ignore[misc]
 
@@ -98,14 +93,10 @@ LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleControlle
 
 NONSENSE: tuple[object, ...] = (
     math.nan,
-    math.inf,
-    -1e308,
     10**5000,
     Decimal("1e400"),
-    1j,
     "x",
     True,
-    lambda: 1.0,
     [[1.0, 2.0]] * 3,
     np.array(["a"]),
 )
@@ -141,9 +132,6 @@ def quantities() -> Iterator[tuple[str, Callable[[Any], object]]]:
         (mjbiped.basin_of_attraction, at),
         (mjbiped.basin_of_control, {"controller": AdaptiveController(ROBOT, GAIT)}),
         (ROBOT.mass_matrix, q),
-        (ROBOT.coriolis_matrix, {**q, **dq}),
-        (ROBOT.gravity_vector, {**q, "slope": 0.0}),
-        (ROBOT.kinetic_energy, {**q, **dq}),
         (ROBOT.energy, {**q, **dq, "slope": 0.0}),
         (ROBOT.impact, {**q, **dq}),
         (ROBOT.swing_foot, q),
@@ -166,8 +154,6 @@ QUANTITIES = dict(quantities())
 def test_nonsense_is_refused_in_words(quantity: str) -> None:
     name = quantity.split(".")[-1]
     for value in (*NONSENSE, *(() if name in OPTIONAL else (None,))):
-        if quantity == "Terrain.end" and value is math.inf:
-            continue  # ground that goes on
         if quantity == "Robot.swing_foot.q" and isinstance(value, list):
             continue  # three postures
         with within(2.0, value), pytest.raises(InputError) as refused:
@@ -182,13 +168,7 @@ def test_nonsense_is_refused_in_words(quantity: str) -> None:
 @pytest.mark.parametrize("length", [domains.LEG.low / 2, domains.LEG.high / 2])
 @pytest.mark.parametrize("gravity", [domains.GRAVITY.low, domains.GRAVITY.high])
 def test_gaits_at_the_ends_are_those_of_table_one(mass: float, length: float, gravity: float) -> None:
-    robot = mjbiped.Compass(
-        leg_mass=mass,
-        lower_length=length,
-        upper_length=length,
-        leg_inertia=mass * (2 * length) ** 2 / 12,
-        gravity=gravity,
-    )
+    robot = mjbiped.Compass(mass, 0.0, length, length, mass * (2 * length) ** 2 / 12, gravity)
     faster = math.sqrt(gravity / (2 * length)) / math.sqrt(ROBOT.gravity)
     gait = mjbiped.find_passive_gait(robot, GAIT.slope)
     np.testing.assert_allclose(gait.start / [1.0, 1.0, faster, faster], GAIT.start, rtol=1e-13)  # rounding: 2e-15
@@ -198,30 +178,6 @@ def test_gaits_at_the_ends_are_those_of_table_one(mass: float, length: float, gr
     times = np.linspace(0.0, 1.2 * GAIT.period, 50)
     for order, (found, expected) in enumerate(zip(gait.reference(times / faster), GAIT.reference(times), strict=True)):
         np.testing.assert_allclose(found / faster**order, expected, atol=1e-11)
-
-
-@pytest.mark.slow  # each kind of controller is compiled for both engines
-@pytest.mark.parametrize("leg", [LEG.low, LEG.high])
-def test_mujoco_walks_at_the_ends_cost_what_they_should(leg: float) -> None:
-    robot = mjbiped.Compass(lower_length=leg / 2, upper_length=leg / 2)
-    faster = math.sqrt(1.0 / leg)
-    law = AdaptiveController(
-        robot,
-        mjbiped.find_passive_gait(robot, GAIT.slope),
-        position_gain=5.0 * faster,
-        velocity_gain=12.0 * faster,
-        adaptation_gain=0.3 / faster**2,
-    )
-    walk = mjbiped.walk(
-        law,
-        Terrain.level(),
-        steps=20,
-        scuffing=mjbiped.ScuffingRule(delay=0.1 / faster),
-        engine=mjbiped.Mujoco(timestep=min(domains.TIMESTEP.high, 2e-4 / faster), contact_timestep=2e-5 / faster),
-    )
-    assert walk.outcome == "finished"
-    # the foot of 0.1 mm is 1 % of the shortest leg; 0.8 % was measured there, 0.01 % on the longest
-    assert walk.cost_of_transport == pytest.approx(math.sin(GAIT.slope), rel=0.015 if leg < 1.0 else 1e-3)
 
 
 @pytest.mark.parametrize("leg", [0.99 * LEG.low, 1.01 * LEG.high])

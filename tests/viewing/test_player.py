@@ -64,8 +64,6 @@ def test_what_the_keys_do_to_a_record(player: Player, walk: mjbiped.Walk) -> Non
     assert player.source.time == pytest.approx(times[0] + 0.05)  # it goes on from there
     press(player, "next_seed")
     assert "random" in player.source.news
-    press(player, "help")
-    assert (player.source.news, player.helps) == ("", False)
 
 
 def test_the_model_is_in_the_record_s_posture(player: Player) -> None:

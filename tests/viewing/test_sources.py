@@ -10,12 +10,10 @@ import pytest
 
 import mjbiped
 from controllers import AdaptiveController, Controller
+from mjbiped import Mujoco, ScuffingRule, WalkStopped
 from mjbiped.control.controller import Memory
 from mjbiped.control.registry import make_controller
-from mjbiped.engines.mujoco.engine import Mujoco
 from mjbiped.engines.plan import Terms, make_plan
-from mjbiped.rollout.walk import WalkStopped
-from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.viewing import KEYS, Player
 from mjbiped.viewing.sources import LiveWalk
 

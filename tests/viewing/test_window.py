@@ -87,9 +87,7 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     start, again = viewed.shot(tmp_path / "start.png"), viewed.shot(tmp_path / "again.png")
     assert np.array_equal(start, again)  # it is paused
     left_half = start[:, : start.shape[1] // 2]
-    legs, hip = near(start, (0, 115, 180)), near(left_half[: start.shape[0] // 2], (38, 38, 45))
-    assert len(legs) > 200
-    assert len(hip) > 100
+    hip = near(left_half[: start.shape[0] // 2], (38, 38, 45))
     x, y = (round(float(each)) for each in np.median(hip, axis=0))
     viewed.tool("xdotool", "mousemove", str(x), str(y), "click", "--repeat", "2", "--delay", "60", "1")
     time.sleep(0.5)
@@ -118,14 +116,3 @@ def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -
     words = viewed.closed()
     assert "walking" in words  # it was paused before its end
     assert float(words.split()[2]) > walk.touchdowns["time"][1] - 0.02
-
-
-def test_random_ground_moves_on_to_the_next_seed(screen: str, tmp_path: Path) -> None:
-    viewed = Viewed(screen, "random:seed=3", "--for", "12")
-    before = viewed.shot(tmp_path / "before.png")
-    viewed.press("Return", "space")
-    time.sleep(3.0)  # until it has taken the new model
-    after = viewed.shot(tmp_path / "after.png")
-    assert not np.array_equal(before, after)
-    assert len(near(after, (0, 115, 180))) > 200  # the robot is in the new ground's window
-    assert "on random, seed 4: walking" in viewed.closed()

@@ -58,7 +58,7 @@ class HybridSpaceRun(SpaceRun):
             self.memory[: self.states] = state[2 * n : -_WORKS].tolist()
             self.work = state[-_WORKS:]
             happened = next((name for name, t in zip(_EVENTS, reached.t_events, strict=True) if t.size), "")
-            q, dq = state[:n], state[n : 2 * n]
+            q, dq = state[:n], state[n : 2 * n].copy()
             if happened == "land":
                 return self._land(q, dq)
             if happened == "knee":
@@ -80,7 +80,9 @@ class HybridSpaceRun(SpaceRun):
         """Accelerations under torques, and the force of the ground in its own frame, N."""
         robot, push = self.robot, self.footing.turned(self.pushing.force)
         whole = robot.in_space[len(q) - 1]
-        forces = robot.input_matrix @ torque + whole.pushed(q, push)
+        forces = robot.input_matrix @ torque
+        if push.any():
+            forces += whole.pushed(q, push)
         ddq = robot.accelerations(forces, q, dq, self.footing.pull, locked=not self.free)
         return ddq, whole.ground_force(q, dq, ddq, self.footing.pull) - push
 

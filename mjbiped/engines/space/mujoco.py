@@ -21,7 +21,7 @@ from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.plan import Plan
 from mjbiped.engines.space.run import SpaceRun
 from mjbiped.records.columns import Cancellation, never_cancelled
-from mjbiped.robots.footing import robot_axes
+from mjbiped.robots.footing import Footing, robot_axes
 from mjbiped.robots.space import Array
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import AVERAGED, SLIPPED_FOOT, Outcome
@@ -68,16 +68,19 @@ class MujocoSpaceRun(SpaceRun):
         self.motors = self._motors()
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
         self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
-        self.yaw = self.model.joint("yaw").dofadr[0]
-        self.slides = [self.model.joint(name).dofadr[0] for name in ("hip_x", "hip_y", "hip_z")]
-        self.model.dof_solref[self.yaw] = -1.0, -1.0 / self.timestep
+        self.heading = self.model.tendon("heading").id
+        first = self.model.joint("hip_x").dofadr[0]
+        self.slides = slice(first, first + 3)
+        self.model.tendon_solref_fri[self.heading] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
         self.hips = [at[name] for name in self.robot.hips]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
+        self.commands = np.zeros(self.model.nu)
         self.enabled, self.began, self.next_tick, self.force = False, 0.0, 0.0, self.robot.weight
         self.impulse = np.zeros(3)
+        self.struck: tuple[float, Array, Array] | None = None
         self.recent: deque[Array] = deque(maxlen=max(1, round(AVERAGED * self.pendulum / self.period)))
         self._place()
         self.ended = self.dq
@@ -101,11 +104,15 @@ class MujocoSpaceRun(SpaceRun):
 
     def on_control(self) -> None:
         """Write the torques that are held, for `mjcb_control`."""
-        ctrl, left = self.data.ctrl, self.footing.to_left
-        ctrl[:] = 0.0
-        ctrl[self.motors[self.footing.stance]] = self.torque
-        ctrl[self.motors[0][1]] *= -left  # the hip's motor turns the right leg, and the roll's the robot to the right
-        ctrl[self.motors[0][-1]] *= left
+        self.data.ctrl[:] = self.commands
+
+    def _command(self) -> None:
+        """Hold the torques, at the motors of the legs in their roles, from this physics step on."""
+        held, left = np.zeros(self.model.nu), self.footing.to_left
+        held[self.motors[self.footing.stance]] = self.torque
+        held[self.motors[0][1]] *= -left  # the hip's motor turns the right leg, and the roll's the robot to the right
+        held[self.motors[0][-1]] *= left
+        self.data.ctrl[:] = self.commands = held
 
     def step(self) -> Outcome:
         """Step to the next touchdown; see `SpaceRun.step`."""
@@ -139,7 +146,7 @@ class MujocoSpaceRun(SpaceRun):
         if landed:  # the departing foot leaves the ground freely
             before = self.seen()
             model.geom_contype[stance] = 0
-            model.dof_frictionloss[self.yaw] = HELD  # as the force of the impact is not known yet
+            self._hold(self._next(), HELD)  # as the force of the impact is not known yet
             mujoco.mj_step1(model, data)
         if data.time >= self.next_tick - 1e-9:
             outcome = self._tick()
@@ -176,6 +183,7 @@ class MujocoSpaceRun(SpaceRun):
         self.next_tick += self.period
         self.note_flexion(q)
         self._enable(since)
+        self._command()
         outcome = self.judged(data.qpos[self.hip], since)
         stood = data.geom_xpos[self.feet[self.footing.stance]]
         self.slip = max(self.slip, float(np.linalg.norm((stood - self.footing.place)[:2])))
@@ -191,22 +199,36 @@ class MujocoSpaceRun(SpaceRun):
         self.impulse = np.zeros(3)
         along = np.mean(self.recent, axis=0)
         self.force = float(along[2])
-        self.model.dof_frictionloss[self.yaw] = TORSION * max(self.force, 0.0)
+        self._hold(self.footing, TORSION * max(self.force, 0.0))
         self.bound_time += self.period * bool((self.torque != self.asked).any())
         if self.data.ncon:
             self.depth = max(self.depth, -float(self.data.contact.dist.min()))
         if len(self.recent) == self.recent.maxlen:
             self.note_load(self.torque, along, self.period)
 
+    def _hold(self, footing: Footing, torque: float) -> None:
+        """Let a foot's friction, up to a torque, hold what turns the robot about neither its heading nor its axle."""
+        (cy, sy, cr, sr), (x, y, z) = self._turned(), footing.forward.tolist()
+        begin = self.model.tendon_adr[self.heading]
+        # what is held is square to the forward direction and to the axle: its components upward and ahead
+        self.model.wrap_prm[begin : begin + 2] = cr * (x * cy + y * sy), sr * (y * cy - x * sy) - cr * z
+        self.model.tendon_frictionloss[self.heading] = torque
+
+    def _next(self) -> Footing:
+        """The footing on the swing foot."""
+        old, place = self.footing, self.data.geom_xpos[self.feet[1 - self.footing.stance]].copy()
+        _, left, over = robot_axes(*self.data.qpos[self.turns])
+        return old.next(place, self.plan.terrain.normal_at(place[0], place[1]), old.to_left * left, over)[0]
+
     def _look_at_knee(self) -> None:
-        """Lock the swing knee where it has struck its stop."""
-        data, swing = self.data, 1 - self.footing.stance
-        _, knee = self.legs[swing]
-        if data.time - self.began > 1e-2 and data.qpos[knee] <= 0.0:
-            q, before = self.seen()
-            before = before.copy()
+        """Lock the swing knee where it has struck its stop, and tell so a physics step later, when it has stopped."""
+        data, swing, since = self.data, 1 - self.footing.stance, float(self.data.time) - self.began
+        if self.struck is not None:
+            self.knee_strikes(*self.struck, self.seen()[1])
+            self.struck = None
+        elif since > 1e-2 and data.qpos[self.legs[swing][1]] <= 0.0:
             data.eq_active[self.locks[swing]] = 1
-            self.knee_strikes(float(data.time) - self.began, q, before, before)
+            self.struck = since, *self.seen()
 
     def _enable(self, since: float) -> None:
         """Let the swing foot collide once the scuffing rule says so; with knees, once it has left the ground."""
@@ -227,11 +249,11 @@ class MujocoSpaceRun(SpaceRun):
         """Exchange the legs, from angles and rates just before the impact."""
         model, data, old = self.model, self.data, self.footing
         mujoco.mj_kinematics(model, data)
+        left = float(data.time) - (self.next_tick - self.period)  # since the last tick
+        self.work += left * self.powers(self.torque, 0.5 * (self.ended + before[1]))
         self.time = self.began = self.next_tick = float(data.time)
-        angles, place = self.seen()[0], data.geom_xpos[self.feet[1 - old.stance]].copy()
-        _, left, over = robot_axes(*data.qpos[self.turns])
-        new, _ = old.next(place, self.plan.terrain.normal_at(place[0], place[1]), old.to_left * left, over)
-        self.footing = new
+        angles = self.seen()[0]
+        self.footing = new = self._next()
         if self.knees:
             data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
@@ -245,26 +267,32 @@ class MujocoSpaceRun(SpaceRun):
         return np.array(self.data.qpos[self.order])
 
     def seen(self) -> tuple[Array, Array]:
-        """Angles and rates as the controller senses them: from the ground's normal under the stance foot."""
-        qpos, qvel, footing = self.data.qpos, self.data.qvel, self.footing
-        ahead, left, over = robot_axes(*qpos[self.turns])
-        yawing, turn = qvel[self.turns].tolist()
-        turning = np.array([0.0, 0.0, yawing]) + turn * ahead
-        axle = footing.to_left * left
-        roll = footing.roll_of(axle)
-        rolling = float(np.cross(turning, axle) @ footing.normal) / math.cos(roll)
-        a, b = float(footing.normal @ ahead), float(footing.normal @ over)
-        da = float(footing.normal @ np.cross(turning, ahead))
-        db = float(footing.normal @ np.cross(turning, over))
-        lean, leaning = math.atan2(a, b), (b * da - a * db) / (a * a + b * b)
-        stance, swing = self.legs[footing.stance], self.legs[1 - footing.stance]
+        """Angles and rates as the controller senses them: from the ground's normal under the stance foot.
+
+        The normal's components ahead, to the left and upright in the robot, and their rates, tell lean and roll.
+        """
+        qpos, qvel, to_left = self.data.qpos, self.data.qvel, self.footing.to_left
+        (yawing, turning), (x, y, z) = qvel[self.turns].tolist(), self.footing.normal.tolist()
+        cy, sy, cr, sr = self._turned()
+        ahead, across = x * cy + y * sy, y * cy - x * sy
+        left, over = z * sr + across * cr, z * cr - across * sr
+        sinking, rising = yawing * across, yawing * sr * ahead - turning * left
+        lean, size = math.atan2(ahead, over), ahead * ahead + over * over
+        leaning = (over * sinking - ahead * rising) / size
+        roll = math.asin(min(1.0, max(-1.0, to_left * left)))
+        rolling = to_left * (turning * over - yawing * cr * ahead) / math.cos(roll)
+        stance, swing = self.legs[self.footing.stance], self.legs[1 - self.footing.stance]
         places = [stance[0], swing[0]]
         q, dq = qpos[places] - lean, qvel[places] - leaning
-        if self.knees:
-            q, dq = np.append(q, q[1] + qpos[swing[1]]), np.append(dq, dq[1] + qvel[swing[1]])
+        bent, bending = ([q[1] + qpos[swing[1]]], [dq[1] + qvel[swing[1]]]) if self.knees else ([], [])
         if self.hips:
-            q, dq = np.append(q, qpos[self.hips].sum()), np.append(dq, qvel[self.hips].sum())
-        return np.append(q, roll), np.append(dq, rolling)
+            bent, bending = [float(qpos[self.hips].sum())], [float(qvel[self.hips].sum())]
+        return np.array([*q, *bent, roll]), np.array([*dq, *bending, rolling])
+
+    def _turned(self) -> tuple[float, float, float, float]:
+        """Cosine and sine of the yaw, and of the roll."""
+        yaw, roll = self.data.qpos[self.turns].tolist()
+        return math.cos(yaw), math.sin(yaw), math.cos(roll), math.sin(roll)
 
     def _place(self) -> None:
         """Set the robot on its first stance foot, at rest there, in the first state of the plan."""

@@ -18,7 +18,7 @@ from mjbiped.controllers.bounded.identifier import SLOPE
 from mjbiped.controllers.bounded.prediction import FRICTION, GRID, STEP, State, nominal_steps, plan_nominal, step_ahead
 from mjbiped.controllers.bounded.recovery import Step
 from mjbiped.controllers.layout import SUPERVISION
-from mjbiped.controllers.room import CLIMBING, RECOVERING, SUPPORT, SUPPORT_AHEAD
+from mjbiped.controllers.room import RECOVERING, SUPPORT, SUPPORT_AHEAD
 from mjbiped.gaits.optimised import OptimisedGait
 
 STAIRS = mjbiped.Terrain.from_segments([(1.3, 0.0, 0.0), *[(1.8, 0.0, 0.04)] * 6])
@@ -97,40 +97,6 @@ def test_the_best_of_the_grid_is_chosen() -> None:
     best = min(costs, key=lambda each: costs[each])
     assert (found, step.half, len(costs) % 6) == (costs[best], best[1], 0)
     assert sum(cost < math.inf for cost in costs.values()) > 1
-
-
-@pytest.mark.slow  # it searches for references of another robot
-def test_it_scales_with_the_robot() -> None:
-    """Legs of half the length and a third of the mass: times shrink by the root, and the same stairs are climbed."""
-    small = mjbiped.Compass(leg_mass=5 / 3, lower_length=0.25, upper_length=0.25, sole=(0.06, 0.06))
-    gait = mjbiped.find_reference(small, speed=0.494 / math.sqrt(2), clearance=0.0385, retraction=False)
-    stairs = mjbiped.Terrain.from_segments([(0.65, 0.0, 0.0), *[(0.9, 0.0, 0.02)] * 6])
-    assert mjbiped.walk(SupervisedController(small, gait), stairs, engine="hybrid", steps=14).verdict == "finished"
-
-
-@pytest.mark.slow
-def test_figures_show_what_it_tracks() -> None:
-    law = short()
-    memories = [list(memory) for _, memory in replayed(mjbiped.walk(law, STAIRS, engine="hybrid", steps=6), law)]
-    assert any(memory[RECOVERING] for memory in memories)
-    for memory in memories:
-        tracked = law.climbing_gait if memory[CLIMBING] else law.gait
-        assert tracked is not None
-        after = 0.9 * tracked.period  # past the transition
-        q, dq = law.tracked(memory, after)
-        assert all(map(math.isnan, (*q, *dq))) if memory[RECOVERING] else q == tuple(tracked.reference(after)[0])
-        assert law.transition_end(memory) in (0.0, 0.8 * tracked.period)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("rise", "expected"), [(0.03, [2.0, 1.0, 0.0, 0.0]), (0.02, [0.0] * 4)])
-def test_after_a_step_it_lifts_its_feet_for_some_steps(rise: float, expected: list[float]) -> None:
-    law = replace(short(), climbing_gait=None, climbing_steps=2)
-    assert isinstance(law.climbing_gait, OptimisedGait)
-    assert (law.climbing_gait.goal.clearance, law.climbing_gait.goal.retraction) == (0.14, False)
-    ground = mjbiped.Terrain.from_segments([(0.5 * law.gait.step_length, 0.0, 0.0), (50.0, 0.0, rise)])
-    walk = mjbiped.walk(law, ground, engine="hybrid", steps=4)
-    assert [memory[CLIMBING] for _, memory in replayed(walk, law)][1:] == expected
 
 
 def foreseen(law: SupervisedController, state: State, slope: float, limit: int, times: float) -> tuple[float, State]:

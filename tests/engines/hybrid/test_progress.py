@@ -8,13 +8,10 @@ import time
 from collections.abc import Sequence
 
 import pytest
-from simulations import assert_same, hybrid_run
 from time_limits import within
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.engines.hybrid import engine as hybrid
-from mjbiped.engines.hybrid.engine import HybridRun
 from mjbiped.engines.hybrid.guards import ATTEMPTS_BETWEEN_LOOKS
 from mjbiped.terrain.terrain import Terrain
 
@@ -85,24 +82,3 @@ def test_compiled_walk_can_be_interrupted(controller: AdaptiveController) -> Non
     assert walk.outcome == "interrupted"
     assert walk.steps > 0
     assert walk.end[0] >= walk.touchdowns["time"][-1]
-
-
-def test_pauses_change_nothing(controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Python has its turn after every integration step, in gait steps with strikes and kinks too."""
-    terrain = Terrain.stairs(rise=0.045, first=1.0, count=1)
-
-    def walked() -> tuple[HybridRun, int]:
-        turns = []
-        simulation = hybrid_run(controller, terrain, robot=controller.robot, q=START[:2], dq=START[2:], steps=4)
-        simulation.recorder.cancellation = lambda: turns.append(0)
-        simulation.go()
-        return simulation, len(turns)
-
-    whole, _ = walked()
-    monkeypatch.setattr(hybrid, "_FIRST_STINT", 1)
-    monkeypatch.setattr(hybrid, "_SHORT", 0.0)  # stints do not grow
-    parts, turns = walked()
-    assert turns > 60  # 4 gait steps of some 20 integration steps
-    assert_same(whole.recorder.touchdowns(), parts.recorder.touchdowns())
-    assert_same(whole.recorder.samples(), parts.recorder.samples())
-    assert (whole.peak_torque() == parts.peak_torque()).all()

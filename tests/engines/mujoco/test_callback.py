@@ -138,45 +138,6 @@ def test_what_a_controller_raises_is_raised_and_others_callbacks_come_back(
 
 
 @both
-def test_nested_simulations_are_both_driven(compile: bool, controller: AdaptiveController, alone: bytes) -> None:
-    """Whether the inner one is machine code or not, and by blocks of its own."""
-    made = [started(controller, LEVEL, compile=each, **PLAIN) for each in (compile, compile, not compile)]
-    outer, inner, other = made
-    with outer.callbacks(), inner.callbacks(), other.callbacks():
-        for simulation in made:
-            steps(simulation, 300)
-        with outer.callbacks():
-            steps(outer, 300)
-        for simulation in (inner, other):
-            steps(simulation, 300)
-    assert [state_of(simulation) for simulation in made] == [alone] * 3
-
-
-class Asked(Controller):
-    """A hip torque, and a state whose rate is 1; the times at which it is asked."""
-
-    states = ("clock",)
-    memory_size = 1
-
-    def __init__(self) -> None:
-        self.asked: list[float] = []
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        self.asked.append(t)
-        assert memory[0] == pytest.approx(t, abs=1e-15)
-        return 0.0, 0.5, 1.0
-
-
-@pytest.mark.parametrize(("call", "count"), [(steps, 100), (Simulation.advance, 20)])
-def test_controller_ticks_once_per_control_period(call: Callable[[Simulation, int], object], count: int) -> None:
-    law = Asked()
-    simulation = started(law, LEVEL, control_period=2e-3, lands=False, timestep=1e-2 / count)
-    with simulation.callbacks():
-        call(simulation, count)
-    assert law.asked == pytest.approx([0.0, 2e-3, 4e-3, 6e-3, 8e-3], abs=1e-15)
-
-
-@both
 def test_a_state_of_another_simulation_goes_on_within_a_block(compile: bool, controller: AdaptiveController) -> None:
     """Nothing is another one's that no state holds: an address, the solver's guess, contacts of before."""
     one, other = (started(controller, LEVEL, compile=compile, **PLAIN) for _ in range(2))

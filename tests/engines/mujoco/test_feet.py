@@ -47,27 +47,6 @@ def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
     np.testing.assert_allclose(np.delete(behind, across), 0.12, atol=1e-4)
 
 
-class Asking(BoundedAnkleController):
-    """Shows in its estimate how far behind and ahead of the ankle the ground bore the last foothold."""
-
-    def law(self) -> None:  # type: ignore[override]  # so that engines call the methods
-        return None
-
-    def slope_estimate(self, memory: Any) -> float:
-        return float(memory[self.support] + 100.0 * memory[self.support + 1])
-
-
-@pytest.mark.parametrize(("engine", "delay"), [("hybrid", 0.0), ("hybrid", 1e-3), ("mujoco", 1e-3)])
-def test_a_law_is_told_what_the_record_tells(engine: str, delay: float) -> None:
-    robot = FootedCompass(sole=(0.11, 0.12))
-    law, ground = Asking(robot, GAIT), mjbiped.Terrain.level()
-    walk = mjbiped.walk(law, ground, engine=engine, steps=1, disturbances=mjbiped.Disturbances(delay=delay))
-    assert walk.touchdowns["slope_estimate_before"].tolist() == [0.0]
-    told = walk.touchdowns["support_behind"] + 100.0 * walk.touchdowns["support_ahead"]
-    np.testing.assert_array_equal(walk.touchdowns["slope_estimate"], told)
-    np.testing.assert_allclose(walk.touchdowns["support_behind"], 0.11, atol=1e-4)
-
-
 forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
 tilts = st.one_of(st.floats(-0.7, 0.7), st.just(math.radians(91.0)))  # of the ground, and of faces
 slots = st.lists(st.tuples(st.booleans(), tilts, forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -86,13 +85,3 @@ def test_window_holds_what_the_robot_can_reach(
     needed = np.searchsorted(terrain.x, [x - margin - length, x + 2 * margin])
     # whole heightfields of 16 at both sides
     assert len(segments) <= max(needed[1] - needed[0], FEW_SEGMENTS + (needed[1] - needed[0])) + 2 * 16 + 1
-
-
-def test_cost_does_not_depend_on_the_length(controller: AdaptiveController) -> None:
-    """The model of 10 000 segments is that of 100: byte by byte, where the same ground lies about the robot."""
-    models = []
-    for count in (100, 10_000):
-        model = make(controller, Terrain.stairs(count=count), steps=60).model
-        models.append(np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8))
-        mujoco.mj_saveModel(model, None, models[-1])
-    assert models[0].tobytes() == models[1].tobytes()

@@ -65,15 +65,3 @@ def test_keyframes_stand_on_their_ground(file: str, gait: mjbiped.Gait) -> None:
     assert data.qvel[legs] == pytest.approx(found.start[rates], abs=1e-8)
     theta, rate = data.qpos[2], data.qvel[2]
     assert data.qvel[:2] == pytest.approx([np.cos(theta) * rate, -np.sin(theta) * rate], abs=1e-8)
-
-
-def test_runs_in_dm_control() -> None:
-    """The scene is an ordinary MJCF file for dm_control too: named access, stepping, no warning raised."""
-    dm_mujoco = pytest.importorskip("dm_control.mujoco", reason="dm-control cannot be installed on Python 3.13")
-    physics = dm_mujoco.Physics.from_xml_path(str(models_folder() / "scene.xml"))
-    with physics.reset_context():
-        physics.named.data.qpos["hip_z"] = 1.0
-        physics.named.data.qpos["left"] = 0.1
-    physics.step(nstep=50)
-    assert np.isfinite(physics.named.data.qpos["left"]).all()
-    assert physics.named.data.sensordata["clock"] == pytest.approx(50 * physics.timestep())

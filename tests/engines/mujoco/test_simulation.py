@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-import mujoco
 import pytest
 from simulations import assert_resumes, started, state_of
 
@@ -19,17 +18,6 @@ def test_steps_can_be_made_until_a_time(controller: AdaptiveController) -> None:
     assert simulation.advance(10**6, 0.1) == 100
     assert simulation.data.time == pytest.approx(0.1, abs=1e-9)
     assert simulation.advance(10**6, 0.1) == 0
-
-
-def test_forward_calls_between_steps_change_nothing(controller: AdaptiveController) -> None:
-    """Bitwise, about touchdowns too: whoever looks at the robot may ask MuJoCo where its parts are."""
-    plain, disturbed = (started(controller, Terrain.mixed(), steps=2) for _ in range(2))
-    while not disturbed.over:
-        mujoco.mj_forward(disturbed.model, disturbed.data)
-        disturbed.advance(1)
-    plain.advance(10**6)
-    assert plain.state.count == 2
-    assert state_of(plain) == state_of(disturbed)
 
 
 KNEED = mjbiped.KneedBiped()
