@@ -6,6 +6,7 @@
 from mjbiped.control.controller import Controller, Law, LawController, Memory, never
 from mjbiped.controllers.adaptive import AdaptiveController, KneedController
 from mjbiped.controllers.bounded.bounded_ankle import BoundedAnkleController, BoundedKneedController
+from mjbiped.controllers.bounded.placement import PlacementController
 from mjbiped.controllers.bounded.sideways import SidewaysController
 from mjbiped.controllers.bounded.supervisor import SupervisedController
 from mjbiped.controllers.comparison.energy_constraint import EnergyConstraintController
@@ -33,6 +34,7 @@ __all__ = [
     "Memory",
     "PassiveController",
     "PassivityController",
+    "PlacementController",
     "PolicyController",
     "SidewaysController",
     "SpatialController",

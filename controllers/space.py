@@ -16,7 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,20 @@ from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
 _PULL, _REPLANNED, _STRUCK, _CURVES, _POINTS = slice(0, 3), 3, 4, 5, 6
+
+
+class Sideways(NamedTuple):
+    """What leads a robot to the side in place of a tracked roll.
+
+    Attributes:
+        moment: Torque about the heading, N m.
+        fall_rate: Rate of the estimate aside, 1/s.
+        opening: Acceleration of the abduction where the robot has one, rad/s^2.
+    """
+
+    moment: float
+    fall_rate: float
+    opening: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -125,22 +139,25 @@ class SpatialController(Tracking):
             angles, rates = robot.straightened(angles), robot.straightened(rates)
         linkage = robot.in_space[len(angles) - 1]
         target, speed, acceleration = self.reference(memory, t)
-        z1, dz1, led = target - angles, speed - rates, self._led_roll(memory, t, linkage, angles, rates)
+        z1, dz1, led = target - angles, speed - rates, self._led_sideways(memory, t, linkage, angles, rates)
+        pitches = len(robot.pitches(angles))
         if led is not None:
             z1[-1] = dz1[-1] = 0.0
         k1, k2 = self.position_gain, self.velocity_gain
         M, G = linkage.mass_matrix(angles), linkage.gravity_forces(angles)
         load = linkage.coriolis_forces(angles, rates) + G @ np.array(memory[_PULL])
         wanted = acceleration + (k1 * k2 + 1.0) * z1 + (k1 + k2) * dz1
-        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ (dz1 + k1 * z1)
+        felt = dz1 + k1 * z1
         if led is not None:
-            wanted[-1], adapted[2] = (led[0] - load[-1] - M[-1, :-1] @ wanted[:-1]) / M[-1, -1], led[1]
+            felt[pitches:] = 0.0
+            wanted[pitches:-1] = led.opening
+        adapted = self.adaptation_gain * np.linalg.solve(M, G).T @ felt
+        if led is not None:
+            wanted[-1], adapted[2] = (led.moment - load[-1] - M[-1, :-1] @ wanted[:-1]) / M[-1, -1], led.fall_rate
         return (*(robot.motors[len(angles)] @ (M @ wanted + load)).tolist(), *adapted.tolist())
 
-    def _led_roll(
-        self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array
-    ) -> tuple[float, float] | None:
-        """Torque about the heading (N m) and rate of the estimate aside (1/s) where the roll is not tracked; else None.
+    def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways | None:
+        """What leads the robot to the side where the roll is not tracked; else None.
 
         Args:
             memory: Of the controller.
@@ -153,8 +170,7 @@ class SpatialController(Tracking):
 
     def imitated(self, memory: Memory, t: float) -> Array:
         """The gait's angles, rates and accelerations at time t, shape (3, n), of the knee that the robot has now."""
-        struck = self._straight(memory) and self.gait.knee_strike is not None
-        return np.reshape(motion_at(self.gait.tables[1 if struck else 0], t), (3, -1))
+        return np.reshape(motion_at(self.gait.tables[1 if self._straight(memory) else 0], t), (3, -1))
 
     def reference(self, memory: Memory, t: float) -> tuple[Array, Array, Array]:
         """Tracked angles, rates and accelerations at time t of the step: of straight legs once the knee has struck."""
@@ -202,8 +218,8 @@ class SpatialController(Tracking):
         return range(_CURVES, _CURVES + _POINTS * len(self.robot.angles), _POINTS)
 
     def _straight(self, memory: Memory) -> bool:
-        """Whether the legs are straight."""
-        return self.gait.knee_strike is None or memory[_STRUCK] != 0.0
+        """Whether a knee has struck its stop."""
+        return self.gait.knee_strike is not None and memory[_STRUCK] != 0.0
 
     def _plan(self, memory: Memory, q: Array, dq: Array) -> None:
         """Lay transition curves if the step starts off the limit cycle."""

@@ -24,7 +24,7 @@ from .robots.compass import Compass
 from .robots.footed import FootedCompass
 from .robots.kneed import KneedBiped
 from .robots.round import RimlessWheel, RoundCompass, RoundKneed
-from .robots.three_d import Compass3D, Kneed3D
+from .robots.three_d import Abducting3D, Compass3D, Kneed3D
 from .rollout.walk import WalkInterrupted, WalkStopped, walk
 from .rollout.walk_many import WalksInterrupted, WalksStopped, walk_many
 from .rules.scuffing import ScuffingRule
@@ -32,6 +32,7 @@ from .terrain.terrain import Terrain
 from .version import __version__
 
 __all__ = [
+    "Abducting3D",
     "Comparison",
     "Compass",
     "Compass3D",

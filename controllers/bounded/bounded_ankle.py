@@ -133,6 +133,7 @@ class BoundedAnkleController(OnSole):
     robot: Compass
 
     for_joints: ClassVar[Mapping[str, str]] = {
+        "abduction": "mjbiped.controllers.bounded.placement:PlacementController",
         "ankle_roll": "mjbiped.controllers.bounded.sideways:SidewaysController",
         "knee": "mjbiped.controllers.bounded.bounded_ankle:BoundedKneedController",
     }

@@ -17,7 +17,7 @@ from typing import Annotated
 import numpy as np
 
 from mjbiped.control.controller import Memory
-from mjbiped.controllers.space import SpatialController
+from mjbiped.controllers.space import Sideways, SpatialController
 from mjbiped.robots.space import Array, SpatialLinkage
 from mjbiped.utils.domains import Domain
 
@@ -44,16 +44,21 @@ class SidewaysController(SpatialController):
         inertia = upright.mass_matrix(np.zeros(3))[-1, -1]
         return math.sqrt(upright.gravity * upright.moments.sum() / inertia)
 
-    def _led_roll(
-        self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array
-    ) -> tuple[float, float] | None:
+    def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways:
         """Lead the divergent component back to the gait's, as far as the sole is wide."""
-        gait_q, gait_dq, _ = self.imitated(memory, t)
-        away = self._component(linkage, q, dq, self.lateral_estimate(memory))
-        away -= self._component(linkage, gait_q, gait_dq, 0.0)
+        away = self._away(memory, t, linkage, q, dq)
         half = math.inf if self.robot.sole_width is None else 0.5 * self.robot.sole_width
         pressure = min(max((1.0 + self.capture_gain) * away, -half), half)
-        return linkage.gravity * linkage.masses.sum() * pressure, self.lateral_gain * away
+        return Sideways(linkage.gravity * linkage.masses.sum() * pressure, self.lateral_gain * away)
+
+    def _away(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> float:
+        """How far the divergent component is from the gait's, m towards the swing side; see `_led_sideways`."""
+        return self._component(linkage, q, dq, self.lateral_estimate(memory)) - self._imitated(memory, t, linkage)
+
+    def _imitated(self, memory: Memory, t: float, linkage: SpatialLinkage) -> float:
+        """The divergent component of the gait at time t of the step, m."""
+        q, dq, _ = self.imitated(memory, t)
+        return self._component(linkage, q, dq, 0.0)
 
     def _component(self, linkage: SpatialLinkage, q: Array, dq: Array, fall: float) -> float:
         """Divergent component of the centre of mass across the heading, m towards the swing side from the stance foot.
@@ -64,8 +69,5 @@ class SidewaysController(SpatialController):
             dq: Rates, rad/s.
             fall: By how much the ground falls to the swing side, rad.
         """
-        z, dz = linkage.moments @ np.cos(q[:-1]), -(linkage.moments * np.sin(q[:-1])) @ dq[:-1]
-        down, aside = math.cos(q[-1] - fall), math.sin(q[-1] - fall)
-        y = linkage.out * down - z * aside
-        rate = -(linkage.out * aside + z * down) * dq[-1] - dz * aside
+        y, rate = linkage.moment_across(np.append(q[:-1], q[-1] - fall), dq)
         return float((y + rate / self.frequency) / linkage.masses.sum())

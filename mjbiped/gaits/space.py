@@ -123,7 +123,7 @@ def _table(robot: InSpace, slope: float, start: Array, period: float) -> list[fl
     end = moved(period)
     walking = in_pieces(lambda place: moved(width * place)[:3].T, range(count))
     late = _going_on(end, np.array(law(0.0, end)[3:]), width, count)
-    return table_of(1.0 / width, np.concatenate([walking, late]))
+    return table_of(1.0 / width, np.concatenate([walking, late]) @ robot.knee_lock.T)
 
 
 def _tables(robot: InSpace, slope: float, start: Array, times: Sequence[float]) -> tuple[list[float], list[float]]:
@@ -198,7 +198,7 @@ def step(robot: InSpace, slope: float, places: Array) -> tuple[Array, list[float
     """
     straight, pull, times = robot.in_space[2], pull_of(slope), list[float]()
     state = start_of(straight, places)
-    if 3 in robot.in_space:
+    if "knee" in robot.joints:
         free = robot.in_space[3]
         duration, bent = _until(free, pull, robot.spread(state), lambda y: y[2] - y[1])
         state = np.append(robot.straightened(bent[:4]), joined(free, robot.knee_lock, bent[:4], bent[4:]))
@@ -206,7 +206,7 @@ def step(robot: InSpace, slope: float, places: Array) -> tuple[Array, list[float
     else:
         passed, state = _until(straight, pull, state, lambda y: y[1] - y[0])
     duration, end = _until(straight, pull, state, lambda y: float(straight.swing_foot(y[:3])[2]))
-    times.append(duration if 3 in robot.in_space else passed + duration)
+    times.append(duration if "knee" in robot.joints else passed + duration)
     q, dq = straight.touchdown(end[:3], end[3:])
     return np.array([q[0], q[2], *dq]), times, end
 

@@ -67,6 +67,7 @@ _MEASURES = (
     Measure("peak torque, swing knee", "peak_knee_torque_Nm", 1, ".2f", "N m", "knee"),
     Measure("peak torque, stance knee", OF_STANCE_KNEE[0], 1, ".2f", "N m", "knee"),
     Measure("cost of transport, stance knee's part", OF_STANCE_KNEE[1], 1, ".4f", "", "knee"),
+    Measure("peak torque, abduction", "peak_abduction_torque_Nm", 1, ".2f", "N m", "abduction"),
     Measure("peak torque, ankle roll", "peak_ankle_roll_torque_Nm", 1, ".2f", "N m", "ankle_roll"),
     Measure("cost of transport, ankle roll's part", "cost_of_transport_roll", 1, ".4f", "", "ankle_roll"),
     Measure("estimate error at touchdown, largest", "estimate_error_at_touchdown_deg", 1, ".4f", "deg"),

@@ -36,7 +36,7 @@ _HALO = 0.005  # width of a torque's white edge on either side, in leg lengths
 _WHITE = "#FFFFFF"
 
 # in leg lengths, where they are lengths
-_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11, "ankle_roll": 0.19}
+_ARC_RADIUS = {"ankle": 0.15, "hip": 0.13, "knee": 0.11, "abduction": 0.16, "ankle_roll": 0.19}
 _ARC_WIDTH = 0.012  # of the greatest torque
 _THINNEST = 0.6  # arc, over that of the greatest torque
 _ARC_SWEEP = math.radians(300.0)  # of the greatest torque

@@ -239,6 +239,8 @@ class PosedScene:
         torques = {stance.ankle: torque[0]}
         if "hip" in robot.joints:
             torques["hip"] = -torque[1] if moment.stance else torque[1]
+        if "abduction" in robot.joints:
+            torques["abduction"] = torque[2]
         if "ankle_roll" in robot.joints:
             torques["ankle_roll"] = torque[-1] if moment.stance else -torque[-1]
         if "knee" in robot.joints:

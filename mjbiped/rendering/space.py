@@ -264,6 +264,7 @@ def _draw_torques(pen: _Pen, moment: Moment, robot: InSpace, footing: Footing, s
         "ankle": ((foot + beside * left, ahead, over, left), lean),
         "hip": ((hip + side, ahead, over, left), 0.0),
         "knee": ((knee + beside * left, ahead, over, left), 0.0),
+        "abduction": ((hip - beside * ahead, to_stance, over, -ahead), 0.0),
         "ankle_roll": ((foot - beside * ahead, to_stance, over, -ahead), 0.0),
     }
     for joint, signal, torque in zip(robot.joints, torques_of(type(robot)), moment.torque, strict=True):

@@ -70,19 +70,26 @@ class Footing:
         along, across, up = robot.swing_foot(q)
         return np.asarray(self.place + along * self.forward + across * self.aside + up * self.normal)
 
+    def hip(self, robot: InSpace, q: Array) -> Array:
+        """The middle of the hip, x, y, z in m."""
+        (axle, upright), opening = self.axes(q[-1]), robot.opening(q)
+        line = math.sin(q[0]) * self.forward + math.cos(q[0]) * upright
+        aside = 0.5 * robot.hip_width + robot.leg_length * math.sin(opening)
+        return np.asarray(self.place + robot.leg_length * math.cos(opening) * line + aside * axle)
+
     def posture(self, robot: InSpace, q: Array) -> Array:
         """The posture `qpos` in the order of the robot's `places`."""
         axle, upright = self.axes(q[-1])
-        lines = [math.sin(angle) * self.forward + math.cos(angle) * upright for angle in q[:-1]]
-        hip = self.place + robot.leg_length * lines[0] + 0.5 * robot.hip_width * axle
-        left = self.to_left * axle
+        lines = [math.sin(angle) * self.forward + math.cos(angle) * upright for angle in robot.pitches(q)]
+        hip, left = self.hip(robot, q), self.to_left * axle
         roll, yaw = math.asin(left[2]), math.atan2(-left[0], left[1])
         ahead, _, over = robot_axes(yaw, roll)
         pitch = [math.atan2(line @ ahead, line @ over) for line in lines]
         legs = pitch[1::-1] if self.stance else pitch[:2]
         bent = [] if len(pitch) < 3 else [0.0, pitch[2] - pitch[1]]
         flexions = bent[::-1] if self.stance else bent
-        return np.array([hip[0], hip[2], *legs, *flexions, hip[1], roll, yaw])
+        opening = [robot.opening(q)] * len(robot.hips)
+        return np.array([hip[0], hip[2], *legs, *flexions, *opening, hip[1], roll, yaw])
 
     def rates(self, robot: InSpace, q: Array, dq: Array) -> Array:
         """Rates of the posture `qpos`, for angles and their rates, rad and rad/s."""

@@ -28,6 +28,7 @@ class InSpace(Robot):
         groupings: With which pitch angle each segment moves, from the stance foot up and down again, by the number of
             pitch angles.
         knee_lock: Angles of a robot whose swing knee is locked as sums of those of straight legs, and the roll.
+        hips: Names of the places that turn the legs aside, by leg; empty: none does.
         sole_width: Width of the flat, massless sole, m: it bounds the torque about the heading as `sole` that of the
             ankle's pitch. None: that torque is not bounded.
         hip_width: Distance between the legs, m.
@@ -37,6 +38,7 @@ class InSpace(Robot):
     in_plane: ClassVar[type[Robot]]
     groupings: ClassVar[Mapping[int, tuple[int, ...]]]
     knee_lock: ClassVar[Array]
+    hips: ClassVar[tuple[str, ...]] = ()
     runs: ClassVar[Mapping[str, str]] = {
         "hybrid": "mjbiped.engines.space.hybrid:HybridSpaceRun",
         "mujoco": "mjbiped.engines.space.mujoco:MujocoSpaceRun",
@@ -76,6 +78,14 @@ class InSpace(Robot):
         """State of straight legs, two pitch angles and the roll, then their rates, as one of all angles."""
         return np.concatenate([self.knee_lock @ state[:3], self.knee_lock @ state[3:]])
 
+    def pitches(self, q: Array) -> Array:
+        """The pitch angles among all angles, rad."""
+        return q[:-1]
+
+    def opening(self, q: Array) -> float:
+        """The angle by which either leg is turned aside, rad."""
+        return 0.0
+
     def straightened(self, q: Array) -> Array:
         """The three angles of straight legs among all angles, shape (n, ...), where the swing knee is straight."""
         return q[[0, 1, -1]]
@@ -110,10 +120,14 @@ class InSpace(Robot):
         angles = np.asarray(q, dtype=np.float64)
         return self._linkage(angles).touchdown(angles, np.asarray(dq, dtype=np.float64))
 
+    def landed(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:
+        """All angles and rates after a touchdown, whose swing knee is locked; see `SpatialLinkage.touchdown`."""
+        after, rates = self.in_space[2].touchdown(self.straightened(q), self.straightened(dq), turn)
+        return self.knee_lock @ after, self.knee_lock @ rates
+
     def rates_after_touchdown(self, q: ArrayLike, dq: ArrayLike, stance_flexion: float = 0.0) -> Array:
         """Rates after the plastic impact of a touchdown on the same plane, in the legs' new roles, rad/s."""
-        straight = [self.straightened(np.asarray(each, dtype=np.float64)) for each in (q, dq)]
-        return np.asarray(self.knee_lock @ self.in_space[2].touchdown(straight[0], straight[1])[1])
+        return self.landed(np.asarray(q, dtype=np.float64), np.asarray(dq, dtype=np.float64))[1]
 
     def ground_force(
         self, q: object, dq: object, torque: object, slope: float, *, locked: bool = True, stance_flexion: float = 0.0
@@ -191,10 +205,13 @@ class InSpace(Robot):
         ahead, left, over = robot_axes(yaw, roll)
         hip = np.stack([places[..., 0], across, places[..., 1]], axis=-1)
         aside = np.array([limb.aside for limb in self.bodies.limbs])
+        opening = places[..., [self.places.index(name) for name in self.hips], None]
         points, angles = [hip[..., None, :] + aside[:, None] * left[..., None, :]], np.zeros(2)
         for k, segment in enumerate(self.bodies.leg):
             angles = angles + places[..., 2 + 2 * k : 4 + 2 * k]
             line = np.sin(angles)[..., None] * ahead[..., None, :] + np.cos(angles)[..., None] * over[..., None, :]
+            if self.hips:
+                line = np.cos(opening) * line - np.sin(opening) * np.sign(aside)[:, None] * left[..., None, :]
             points.append(points[-1] - segment.length * line)
         return np.stack(points, axis=-2)
 
@@ -224,8 +241,7 @@ class InSpace(Robot):
 
     def joint_rates(self, dq: ArrayLike) -> Array:
         """Convert rates of the angles to rates of the joints, shape (..., len(joints)), rad/s."""
-        rates = np.asarray(dq, dtype=np.float64)
-        return np.concatenate([rates[..., :1], np.diff(rates[..., :-1], axis=-1), rates[..., -1:]], axis=-1)
+        return np.asarray(dq, dtype=np.float64) @ self.input_matrix
 
 
 def pull_of(slope: float, lateral: float = 0.0) -> Array:

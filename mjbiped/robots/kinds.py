@@ -10,13 +10,13 @@ from mjbiped.robots.footed import FootedCompass
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
 from mjbiped.robots.round import RimlessWheel, RoundCompass, RoundKneed
-from mjbiped.robots.three_d import Compass3D, Kneed3D
+from mjbiped.robots.three_d import Abducting3D, Compass3D, Kneed3D
 from mjbiped.utils.domains import known_name
 
-KINDS: Mapping[str, type[Robot]] = {
-    kind.kind: kind
-    for kind in (Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed, Compass3D, Kneed3D)
-}
+_CLASSES = (
+    Compass, FootedCompass, KneedBiped, RimlessWheel, RoundCompass, RoundKneed, Compass3D, Abducting3D, Kneed3D,
+)  # fmt: skip
+KINDS: Mapping[str, type[Robot]] = {kind.kind: kind for kind in _CLASSES}
 
 NAMED: Mapping[str, Callable[[], Robot]] = {**KINDS, "halved-rods": KneedBiped.halved_rods}
 """Robots by their names, with the parameters that they have unless others are given."""

@@ -156,6 +156,12 @@ class SpatialLinkage:
             ]
         )
 
+    def moment_across(self, q: Array, dq: Array) -> tuple[float, float]:
+        """First moment of the masses towards the swing side, kg m, and its rate, kg m/s."""
+        z, dz = self.moments @ np.cos(q[:-1]), -(self.moments * np.sin(q[:-1])) @ dq[:-1]
+        down, aside = np.cos(q[-1]), np.sin(q[-1])
+        return self.out * down - z * aside, -(self.out * aside + z * down) * dq[-1] - dz * aside
+
     def touchdown(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:
         """Angles and rates after the plastic impact of the swing foot, in the legs' new roles.
 

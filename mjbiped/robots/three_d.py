@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
 
+from mjbiped.robots.abduction import abducting
 from mjbiped.robots.compass import Compass, StraightLegs
 from mjbiped.robots.in_space import InSpace
 from mjbiped.robots.kneed import KneedBiped
 from mjbiped.robots.robot import Robot
-from mjbiped.robots.space import Array
+from mjbiped.robots.space import Array, SpatialLinkage
 from mjbiped.utils import domains
 from mjbiped.utils.domains import Domain
 
@@ -54,6 +56,48 @@ class Compass3D(InSpace, StraightLegs):
     places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, "hip_y", "roll", "yaw")
     groupings: ClassVar[Mapping[int, tuple[int, ...]]] = {2: (0, 1)}
     knee_lock: ClassVar[Array] = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Abducting3D(Compass3D):
+    """A `Compass3D` whose hips abduct: a motor turns both legs aside, each by half of the abduction.
+
+    Its gaits are those of the legs without abduction. Attributes are those of `Compass3D`.
+    """
+
+    kind: ClassVar[str] = "abducting3d"
+    angles: ClassVar[tuple[str, ...]] = ("stance", "swing", "abduction", "roll")
+    joints: ClassVar[tuple[str, ...]] = ("ankle", "hip", "abduction", "ankle_roll")
+    hips: ClassVar[tuple[str, ...]] = ("left_abduction", "right_abduction")
+    places: ClassVar[tuple[str, ...]] = (*StraightLegs.places, *hips, "hip_y", "roll", "yaw")
+    knee_lock: ClassVar[Array] = np.insert(np.eye(3), 2, 0.0, axis=0)
+
+    @cached_property
+    def in_space(self) -> Mapping[int, SpatialLinkage]:
+        """The equations, by the number of angles without the roll: without the abduction, and with it."""
+        plain = super().in_space
+        return {**plain, 3: abducting(plain[2], self.bodies.leg[0])}
+
+    @cached_property
+    def input_matrix(self) -> Array:
+        """B, shape (4, 4): the abduction has a motor of its own, too."""
+        return np.eye(4) - np.eye(4, k=1) * [[1.0], [0.0], [0.0], [0.0]]
+
+    def pitches(self, q: Array) -> Array:
+        """The pitch angles among all angles, rad."""
+        return q[:2]
+
+    def opening(self, q: Array) -> float:
+        """The angle by which either leg is turned aside, rad."""
+        return float(0.5 * q[2])
+
+    def landed(self, q: Array, dq: Array, turn: float = 0.0) -> tuple[Array, Array]:
+        """All angles and rates after a touchdown, in which no joint is locked."""
+        return self._linkage(q).touchdown(q, dq, turn)
+
+    def accelerations(self, forces: Array, q: Array, dq: Array, pull: Array, *, locked: bool) -> Array:
+        """Accelerations of all angles, none of which is locked; see `InSpace.accelerations`."""
+        return self._linkage(q).accelerations(forces, q, dq, pull)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Walks in space: three robots, grounds and pushes, eight phases each, as a table.
+"""Walks in space: robots, grounds and pushes, eight phases each, as a table.
 
 A phase of steps and of pushes is where, or when, the first one comes, in eighths; a phase of bumps is a seed, from 1000
 on; these numbers tuned nothing. Walks that are finished only with a pull of the ground or with friction over 0.8 are
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -119,6 +119,12 @@ def push_of(impulse: float) -> Place:
     return Place(f"push {impulse:g} N s", PHASES, push=impulse)
 
 
+PLACED = [push_of(1.0), bumps_of(0.01), Place("level"), incline_of(3), incline_of(-3), incline_of(0, 2), push_of(2.0),
+          bumps_of(0.005), steps_of(0.02), steps_of(-0.02)]  # fmt: skip
+ALONE = {"sole_share": 0.0, "margin": 0.0, "timing_share": 0.0, "placement_gain": 0.9, "lead": 0.0833, "pace": 20.0,
+         "closest": -0.12}  # fmt: skip
+"""Best gains of the law that places the feet alone; see `scripts.studies.placement_gains`."""
+
 WALKERS: dict[str, tuple[Any, dict[str, Any], str, list[Place]]] = {
     "compass, roll not bounded": (
         mjbiped.Compass3D, {}, "adaptive",
@@ -135,6 +141,8 @@ WALKERS: dict[str, tuple[Any, dict[str, Any], str, list[Place]]] = {
         [Place("level"), incline_of(3), incline_of(-3), steps_of(0.02), steps_of(-0.02), incline_of(0, 2),
          bumps_of(0.005), bumps_of(0.01), push_of(1.0)],
     ),
+    "compass whose hips abduct, same sole": (mjbiped.Abducting3D, SOLE, "bounded-ankle", PLACED),
+    "rival: feet placed, no torque about the heading": (mjbiped.Abducting3D, SOLE, "placement alone", PLACED),
     "knees, roll not bounded": (
         mjbiped.Kneed3D, {}, "adaptive",
         [Place("level"), incline_of(2), incline_of(-2), incline_of(0, 1), bumps_of(0.005)],
@@ -156,6 +164,8 @@ def walked(walker: str, place: Place, phase: int, engine: str) -> mjbiped.Walk:
     terrain = mjbiped.Terrain.preset(place.preset, **given)
     if law == "rival":
         controller: Controller = PlanarLaw(robot, mjbiped.find_gait_in_space(robot, math.radians(2.0)))
+    elif law == "placement alone":
+        controller = make_controller("bounded-ankle", robot, dict(ALONE))
     else:
         controller = make_controller(law, robot, {})
     return mjbiped.walk(controller, terrain, engine=engine, steps=STEPS, sample_period=0.02, disturbances=pushes)
@@ -178,11 +188,11 @@ def row_of(walker: str, place: Place, phase: int, walk: mjbiped.Walk) -> dict[st
     }  # fmt: skip
 
 
-def todo(known: set[tuple[str, str, str]]) -> Iterator[tuple[str, Place, int]]:
+def todo(known: set[tuple[str, str, str]], walkers: Collection[str]) -> Iterator[tuple[str, Place, int]]:
     """Walks that are not in the table yet."""
     for phase in range(PHASES):
-        for walker, (*_, places) in WALKERS.items():
-            for place in places:
+        for walker in walkers:
+            for place in WALKERS[walker][-1]:
                 if phase < place.phases and (walker, place.name, str(phase)) not in known:
                     yield walker, place, phase
 
@@ -214,13 +224,14 @@ def summed_up(rows: list[dict[str, str]]) -> list[dict[str, str]]:
 @click.command(help=__doc__)
 @click.option("--engine", type=click.Choice(["mujoco", "hybrid"]), default="mujoco", help="Physics.")
 @click.option("--table", type=click.Path(path_type=Path), required=True, help="CSV file that grows.")
-def main(engine: str, table: Path) -> None:
+@click.option("--walker", "walkers", multiple=True, type=click.Choice(list(WALKERS)), help="Which walk; default: all.")
+def main(engine: str, table: Path, walkers: tuple[str, ...]) -> None:
     """Walk what the table lacks."""
     known = set()
     if table.exists():
         with table.open() as file:
             known = {(row["walker"], row["ground"], row["phase"]) for row in csv.DictReader(file)}
-    left = list(todo(known))
+    left = list(todo(known, walkers or WALKERS))
     for number, (walker, place, phase) in enumerate(left):
         row = row_of(walker, place, phase, walked(walker, place, phase, engine))
         table.parent.mkdir(parents=True, exist_ok=True)

@@ -13,10 +13,11 @@ import mjbiped
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.robots.in_space import InSpace, pull_of
-from mjbiped.robots.space import Array, exchanged, joined
-from mjbiped.robots.three_d import Compass3D, Kneed3D
+from mjbiped.robots.space import Array, joined
+from mjbiped.robots.three_d import Abducting3D, Compass3D, Kneed3D
 
 ROBOTS = (Compass3D(hip_mass=1.5, hip_width=0.17), Kneed3D(hip_width=0.12))
+ABDUCTING = Abducting3D(hip_mass=1.5, hip_width=0.17, lower_length=0.6, leg_inertia=0.3)
 each_robot = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.kind)
 
 
@@ -45,7 +46,7 @@ def bodies_of(robot: InSpace) -> list[tuple[float, list[tuple[int, float]], floa
 
 
 @pytest.mark.parametrize(
-    "robot", [ROBOTS[0], pytest.param(ROBOTS[1], marks=pytest.mark.slow)], ids=["straight", "knees"]
+    "robot", [ROBOTS[0], ABDUCTING, pytest.param(ROBOTS[1], marks=pytest.mark.slow)], ids=lambda robot: robot.kind
 )
 def test_equations_are_lagrange_s(robot: InSpace) -> None:
     """SymPy derives them from the places of the bodies and their angular velocities, by rotation matrices."""
@@ -54,7 +55,9 @@ def test_equations_are_lagrange_s(robot: InSpace) -> None:
     angles, rates = sympy.symbols(f"q:{n + 1}"), sympy.symbols(f"v:{n + 1}")
     gx, gz, gy = sympy.symbols("gx gz gy")
     roll = sympy.rot_axis1(-angles[-1])
-    pitch = [sympy.rot_axis2(-angle) for angle in angles[:-1]]
+    pitch = [sympy.rot_axis2(-angle) for angle in robot.pitches(angles)]
+    if robot.hips:  # each leg turns by half of the abduction about its own forward direction
+        pitch = [leg * sympy.rot_axis1(side * angles[2] / 2) for leg, side in zip(pitch, (1, -1), strict=True)]
     upright, axle, g = sympy.Matrix([0, 0, 1]), sympy.Matrix([0, 1, 0]), robot.gravity
     kinetic = potential = sympy.Integer(0)
     for mass, levers, lateral, across, along, segment in bodies_of(robot):
@@ -86,13 +89,15 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
     """The robot's MJCF in a state with the right foot at rest, and the map from rates of angles to MuJoCo's rates.
 
     The right leg stands, the left one swings: towards the swing side is +y. Joints of a leg turn against the segment
-    above. Yaw rests.
+    above. Yaw rests. Both legs abduct by the same angle.
     """
     ground = Ground(mjbiped.Terrain.level(), reach=1.0)
     model = scene_spec(robot, ground, ground.pieces, timestep=1e-4).compile()
     model.body("hip").inertia[1] = 1e-15  # a rod's about its line
     data, n = mujoco.MjData(model), len(robot.bodies.leg)
-    to_joints = np.zeros((model.nv, 2 * n + 1))
+    to_joints = np.zeros((model.nv, len(q)))
+    for name in robot.hips:
+        to_joints[model.joint(name).dofadr[0], 2] = 0.5
     to_joints[model.joint("roll").dofadr[0], -1] = 1.0
     for side, segments in (("left", range(n, 2 * n)), ("right", range(n - 1, -1, -1))):
         first = model.joint(side).dofadr[0]
@@ -111,7 +116,7 @@ def floating(robot: InSpace, q: Array, dq: Array) -> tuple[mujoco.MjModel, mujoc
     return model, data, to_joints
 
 
-@each_robot
+@pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
 def test_mass_matrix_and_bias_are_those_of_mujoco_s_bodies(robot: InSpace) -> None:
     q, dq = drawn(robot, 2)
     linkage = robot.in_space[len(q) - 1]
@@ -130,7 +135,7 @@ def test_mass_matrix_and_bias_are_those_of_mujoco_s_bodies(robot: InSpace) -> No
     np.testing.assert_allclose(linkage.swing_foot(q), place, rtol=0, atol=1e-12)
 
 
-@each_robot
+@pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_impact_is_that_of_mujoco_s_bodies(robot: InSpace, turn: float) -> None:
     """The swing foot stops, and nothing turns about the new upright direction; then the legs have other roles."""
@@ -144,14 +149,19 @@ def test_impact_is_that_of_mujoco_s_bodies(robot: InSpace, turn: float) -> None:
     heading, held = np.cos(turn) * along - np.sin(turn) * upright, np.cos(turn) * upright + np.sin(turn) * along
     turns = [model.joint(name).dofadr[0] for name in ("roll", "yaw")]
     rows[3, turns] = held[[0, 2]]
+    if robot.hips:  # the gear
+        left, right = (model.joint(name).dofadr[0] for name in robot.hips)
+        rows = np.vstack([rows, np.eye(model.nv)[left] - np.eye(model.nv)[right]])
     weights = np.linalg.solve(full, rows.T)
     stopped = data.qvel - weights @ np.linalg.solve(rows @ weights, rows @ data.qvel)
     spin = np.array([stopped[turns[0]], 0.0, stopped[turns[1]]])
     rates = np.linalg.lstsq(to_joints[3:], stopped[3:] * (np.arange(3, model.nv) != turns[1]), rcond=None)[0]
-    rates[:-1], rates[-1] = rates[:-1] + spin @ axle, spin @ heading
+    n = len(robot.pitches(q))
+    rates[:n], rates[-1] = rates[:n] + spin @ axle, spin @ heading
     after, found = robot.in_space[len(q) - 1].touchdown(q, dq, turn)
-    np.testing.assert_allclose(after, exchanged(q) - turn * (np.arange(len(q)) < len(q) - 1), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(found, exchanged(rates), rtol=0, atol=1e-10)
+    mirrored = [np.concatenate([each[:n][::-1], each[n:-1], -each[-1:]]) for each in (q, rates)]
+    np.testing.assert_allclose(after, mirrored[0] - turn * (np.arange(len(q)) < n), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(found, mirrored[1], rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -176,6 +186,26 @@ def test_legs_that_come_together_walk_in_the_plane(robot: InSpace, planar: mjbip
         struck = joined(robot.in_space[3], groups, np.append(straight, 0.0), state[1])
         assert isinstance(planar, mjbiped.KneedBiped)
         np.testing.assert_allclose(struck[:2], planar.knee_impact(straight, dq)[1], rtol=0, atol=1e-9)
+
+
+def test_legs_that_are_not_opened_are_those_that_cannot_be() -> None:
+    """Also where they land on ground of another slope: points of mass against the momenta of segments."""
+    opened, plain, kept = ABDUCTING.in_space[3], ABDUCTING.in_space[2], [0, 1, 3]
+    rng, pull, force = np.random.default_rng(5), pull_of(0.1, 0.05), np.array([1.0, 2.0, 3.0])
+    q, dq, ddq = (np.insert(rng.normal(0.0, 0.4, 3), 2, 0.0) for _ in range(3))
+    three = q[kept], dq[kept]
+    for found, wanted in (
+        (opened.energy(q, dq, pull), plain.energy(*three, pull)),
+        (opened.swing_foot(q), plain.swing_foot(three[0])),
+        (opened.pushed(q, force)[kept], plain.pushed(three[0], force)),
+        (opened.ground_force(q, dq, ddq, pull), plain.ground_force(*three, ddq[kept], pull)),
+        (opened.moment_across(q, dq), plain.moment_across(*three)),
+    ):
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+    (after, rates), (wanted_after, wanted_rates) = opened.touchdown(q, dq, 0.07), plain.touchdown(*three, 0.07)
+    np.testing.assert_allclose(after[kept], wanted_after, rtol=0, atol=1e-15)
+    momentum = (opened.mass_matrix(after) @ rates)[kept]
+    np.testing.assert_allclose(momentum, plain.mass_matrix(wanted_after) @ wanted_rates, rtol=0, atol=1e-12)
 
 
 def test_gravity_s_direction() -> None:

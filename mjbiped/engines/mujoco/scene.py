@@ -143,6 +143,8 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
     riser = spec.find_default("riser").geom
     riser.solref[:2] = [-PUSHED_OUT / timestep, -1.0 / timestep]
     stop = [-LOCK_STIFFNESS, -1.0 / timestep]
+    for lock in spec.equalities:
+        lock.solref[:2] = stop
     for limb in bodies.limbs:
         side, y = limb.name, length * limb.across
         if spec.geom(f"{side}_tip") is None:
@@ -158,7 +160,6 @@ def _set_robot(spec: mujoco.MjSpec, robot: Robot, timestep: float) -> None:
             kneecap = spec.geom(f"{side}_kneecap")
             kneecap.size, kneecap.pos = length * kneecap.size, _down(limb, upper, upper.length, y)
             spec.joint(f"{side}_knee").solref_limit[:2] = stop
-            spec.equality(f"{side}_lock").solref[:2] = stop
         last = bodies.leg[-1]
         shown = spec.geom(f"{side}_{last.name}")
         shown.fromto = [0.0, y, 0.0, *_down(limb, last, last.length - 0.018 * length, y)]

@@ -66,7 +66,7 @@ class HybridSpaceRun(SpaceRun):
                 self.knee_strikes(since, q, dq, after)
                 state[n : 2 * n] = after
             elif happened:
-                outcome = self.judged(self._hip(q), since)
+                outcome = self.judged(self.footing.hip(self.robot, q), since)
                 return Outcome.FELL if outcome is Outcome.WALKING else outcome
 
     def _asked(self, t: float, y: Array) -> tuple[Array, Array]:
@@ -145,16 +145,9 @@ class HybridSpaceRun(SpaceRun):
             return foot(y)[0] if self.free and t > LIFTING * self.pendulum else 1.0
 
         def fall(t: float, y: Array) -> float:
-            return -1.0 if self.judged(self._hip(y[:n]), t) is not Outcome.WALKING else 1.0
+            return -1.0 if self.judged(footing.hip(robot, y[:n]), t) is not Outcome.WALKING else 1.0
 
         return land, knee, stub, fall
-
-    def _hip(self, q: Array) -> Array:
-        """Place of the hip's middle, x, y, z in m."""
-        footing, robot = self.footing, self.robot
-        axle, upright = footing.axes(q[-1])
-        line = math.sin(q[0]) * footing.forward + math.cos(q[0]) * upright
-        return np.asarray(footing.place + robot.leg_length * line + 0.5 * robot.hip_width * axle)
 
     def _record(self, reached: Any, began: float) -> None:
         """Take the loads at the integrator's nodes, and the samples that are due."""
@@ -179,6 +172,6 @@ class HybridSpaceRun(SpaceRun):
         place[2] = terrain.height_at(place[0], place[1])
         axle, upright = self.footing.axes(q[-1])
         new, turn = self.footing.next(place, terrain.normal_at(place[0], place[1]), axle, upright)
-        after, rates = robot.in_space[2].touchdown(robot.straightened(q), robot.straightened(dq), turn)
+        after, rates = robot.landed(q, dq, turn)
         after[-1] = new.roll_of(-axle)
-        return self.touchdown(new, (q, dq), (robot.knee_lock @ after, robot.knee_lock @ rates))
+        return self.touchdown(new, (q, dq), (after, rates))

@@ -74,6 +74,7 @@ class MujocoSpaceRun(SpaceRun):
         self.model.tendon_solref_fri[self.heading] = -1.0, -1.0 / self.timestep
         self.order, self.turns = list(at.values()), [at["yaw"], at["roll"]]
         self.legs = [[at[f"{side}"], *([at[f"{side}_knee"]] if self.knees else [])] for side in ("left", "right")]
+        self.hips = [at[name] for name in self.robot.hips]
         self.locks = [self.model.equality(f"{side}_lock").id for side in ("left", "right")] if self.knees else []
         self.asked = self.torque = np.zeros(len(self.robot.joints))
         self.commands = np.zeros(self.model.nu)
@@ -285,6 +286,8 @@ class MujocoSpaceRun(SpaceRun):
         places = [stance[0], swing[0]]
         q, dq = qpos[places] - lean, qvel[places] - leaning
         bent, bending = ([q[1] + qpos[swing[1]]], [dq[1] + qvel[swing[1]]]) if self.knees else ([], [])
+        if self.hips:
+            bent, bending = [float(qpos[self.hips].sum())], [float(qvel[self.hips].sum())]
         return np.array([*q, *bent, roll]), np.array([*dq, *bending, rolling])
 
     def _turned(self) -> tuple[float, float, float, float]:
