@@ -67,7 +67,7 @@ def test_engines_agree(robot: InSpace, terrain: mjbiped.Terrain, steps: int, per
         np.testing.assert_allclose(there.touchdowns[name], here.touchdowns[name], rtol=1e-3, err_msg=name)
     for name in {"knee_strike", "knee_dq_before", "knee_dq"} & set(here.touchdowns):
         np.testing.assert_allclose(there.touchdowns[name], here.touchdowns[name], rtol=0, atol=0.03, err_msg=name)
-    assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=1e-3)
+    assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3)
 
 
 @each_engine

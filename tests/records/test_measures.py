@@ -173,6 +173,8 @@ def test_the_cause_of_a_fall_for_a_wrong_slope_estimate_is_told() -> None:
     law = make_controller("passivity", mjbiped.Compass(), {})
     walk = mjbiped.walk(law, mjbiped.Terrain.incline(2.0), engine="hybrid", steps=5)
     assert "give --initial-slope-estimate-deg 2, " in " ".join(str(walk.summary()).split())
+    steep = mjbiped.walk(law, mjbiped.Terrain.incline(5.0), engine="hybrid", steps=5)
+    assert "passive gait" not in told_by(steep)["probable cause"]
     law = make_controller("passivity", mjbiped.Compass(), {"initial_slope_estimate_deg": 2.0})
     assert "cause" not in str(mjbiped.walk(law, walk.terrain, engine="hybrid", steps=5).summary())
 

@@ -140,6 +140,7 @@ BASINS = {"phases": 999_995, "step up": [0.1], "basin": 2}
         ({"margins": {"torque limit": [10, 20]}}, "margins.torque limit: magnitudes must descend"),
         ({"seeds": 2, "limits": BASINS, "margins": {"delay": [0.1]}}, "these are 1000004 walks"),
         ({"controller": [{}, {}]}, "controller 2: label = 'adaptive': must be a text of its own"),
+        ({"controller": [{"position_gain": [2.0, 3.0]}]}, "give each variant a"),
         ({"robot": {"kind": "kneed"}, "scuffing": {"reach": 0.3}}, "scuffing is for straight legs"),
         ({"controller": [{"robot": {"kind": "kneed"}, "name": "passivity"}]}, "choose a controller for that robot"),
     ],

@@ -258,6 +258,7 @@ class MujocoSpaceRun(SpaceRun):
             data.eq_active[self.locks] = [1, 0] if new.stance == 0 else [0, 1]
         after = self.seen()
         self.footing, self.enabled, self.ended, self.force = old, False, after[1], self.robot.weight
+        self._hold(new, TORSION * self.force)
         self.recent.clear()
         self.impulse = np.zeros(3)
         return self.touchdown(new, (angles, before[1]), after)
@@ -303,6 +304,7 @@ class MujocoSpaceRun(SpaceRun):
         mujoco.mj_kinematics(model, data)
         data.qpos[self.hip] += footing.place - data.geom_xpos[self.feet[0]] - 1e-5 * footing.normal
         model.geom_contype[self.feet[1]] = 0
+        self._hold(footing, TORSION * self.force)
         if self.knees:
             data.eq_active[self.locks] = [1, 0]
 
