@@ -65,20 +65,6 @@ def clocked(engine: str, knees: bool, reading: bool = False, steps: int = 1, **g
     return walked(engine, disturbances, controller=controller, ground=ground, steps=steps, sample_period=0.001, **start)
 
 
-@each_engine
-def test_nothing_given_is_no_disturbance(engine: str) -> None:
-    assert walked(engine, None) == walked(engine, Disturbances())
-    assert "disturbances" not in walked(engine, None, steps=1).settings
-
-
-def test_a_control_period_is_the_one_that_mujoco_has() -> None:
-    """Two ways to say the same, but for the work's rule at ticks (`motors.count_work`)."""
-    ours, own = walked("mujoco", Disturbances(control_period=4e-3)), walked(mjbiped.Mujoco(control_period=4e-3), None)
-    for name in ("time", "x", "q", "dq", "slope_estimate"):
-        np.testing.assert_array_equal(ours.touchdowns[name], own.touchdowns[name])
-    assert math.isclose(ours.cost_of_transport, own.cost_of_transport, rel_tol=5e-3)
-
-
 @each_case
 def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees: bool, tmp_path: Any) -> None:
     first = walked(engine, NOISY, knees)
@@ -180,15 +166,6 @@ def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
     expected = 1.0 - np.exp(-rate * period * np.arange(30)) * (1.0 - math.exp(-rate * period)) / (rate * period)
     # samples in the middle of ticks; the numbers are the same but for rounding
     np.testing.assert_allclose(walk.samples["torque"][1:61:2, 1] * 1e6, expected, rtol=1e-9)
-
-
-def test_engines_agree_about_the_cost_of_noise() -> None:
-    """Work is counted with the torques that were held; means of those at both ends of a step lose a third of it."""
-    given = Disturbances(angle_noise=0.01, rate_noise=0.02, seed=1)
-    costs = [walked(engine, given, steps=10, ground=Terrain.level()).cost_of_transport for engine in ENGINES]
-    free = walked("hybrid", None, steps=10, ground=Terrain.level()).cost_of_transport
-    assert min(costs) > 1.5 * free
-    assert math.isclose(*costs, rel_tol=5e-3)
 
 
 @pytest.mark.parametrize("knees", [False, pytest.param(True, marks=pytest.mark.slow)])

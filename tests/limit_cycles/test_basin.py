@@ -76,11 +76,6 @@ def test_each_start_is_a_walk_whatever_the_number_of_threads(case: Slice) -> Non
     assert (alone.fates.tobytes(), alone.steps.tobytes()) == (found.fates.tobytes(), found.steps.tobytes())
 
 
-def test_the_gait_has_settled_before_its_first_step(gait: mjbiped.Gait) -> None:
-    alone = basin_of_attraction(gait.robot, SLOPE, stance_rates=gait.start[2:3], swing_rates=gait.start[3:])
-    assert (alone.fates[0, 0], alone.steps[0, 0]) == (Fate.SETTLED, 0)
-
-
 def test_attractor_may_have_any_period(robot: mjbiped.Compass) -> None:
     """On 3 degrees the gait of period one is unstable, and walks settle on that of period two; on 4 on none."""
     found = basin_of_attraction(robot, math.radians(3), stance_rates=[1.1, 1.2, 1.3], swing_rates=[0.4, 0.7, 1.0])

@@ -82,14 +82,6 @@ def test_touchdown_and_fall_within_one_integration_step(swing: float, swing_rate
     assert (len(found.states), found.outcome) == (steps, "walking" if steps else "fell")
 
 
-def test_a_step_depends_on_its_first_state_alone(robot: Compass) -> None:
-    """Nothing is left of the steps before: neither place nor time, nor the length of an integration step."""
-    walked = ReturnMap(robot, math.radians(3.5)).walk([-0.24, 0.24, 1.4, 0.9], 20)
-    for before, after, period in zip(walked.states, walked.states[1:], walked.periods[1:], strict=False):
-        alone = ReturnMap(robot, math.radians(3.5)).walk(before, 1)
-        assert (alone.states[0].tolist(), alone.periods[0]) == (after.tolist(), period)
-
-
 # ---- slices through it -----------------------------------------------------------------------------------------------
 
 

@@ -20,7 +20,7 @@ from mjbiped.analysis.survival import Survival
 from mjbiped.errors import InputError, RenderError
 from mjbiped.limit_cycles.basin import Basin
 from mjbiped.limit_cycles.map_slices import map_slices
-from mjbiped.plotting import DEFAULT_WIDTH, WIDTHS, figure_width, panels, width
+from mjbiped.plotting import WIDTHS, figure_width, panels, width
 from mjbiped.plotting.comparison import plot_comparison, plot_stability, plot_survival
 from mjbiped.plotting.gait import plot_gait
 from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
@@ -72,15 +72,6 @@ def get(request: pytest.FixtureRequest) -> Get:
 def test_figures_are_legible(draw: Callable[[Get], Figure], name: str, get: Get) -> None:
     with figure_width(name):
         assert_legible(draw(get), name)
-
-
-def test_a_width_holds_in_its_block_alone() -> None:
-    assert width() is WIDTHS[DEFAULT_WIDTH]
-    with figure_width("double"), figure_width("single"):
-        assert (width().inches, width().beside(3)) == (3.5, 1)
-    assert (width().inches, width().beside(3)) == (9.6, 3)
-    with pytest.raises(InputError, match="figure width 'singel'"), figure_width("singel"):
-        pass
 
 
 @settings(max_examples=20)

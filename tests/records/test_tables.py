@@ -14,16 +14,6 @@ def rows_at(columns: int, *times: float) -> np.ndarray:
     return table
 
 
-def test_rows_are_taken_in_their_order_and_once() -> None:
-    """Ctrl-C between the taking and the engine's note of it doubled the last rows of the record."""
-    recorder = Recorder()
-    for times in ((0.1, 0.4), (), (0.1, 0.4), (0.4, 0.7)):
-        recorder.add(rows_at(width(TOUCHDOWNS), *times), rows_at(width(SAMPLES) + 1, *times))
-    assert recorder.touchdowns()["time"].tolist() == recorder.samples()["time"].tolist() == [0.1, 0.4, 0.7]
-    assert recorder.samples()["controller_states"].shape == (3, 1)
-    assert (recorder.steps, recorder.end) == (3, (0.7, 0.0))
-
-
 def test_a_motion_that_is_no_number_is_not_recorded() -> None:
     """Its record was refused when it was read. A torque without bounds, and a law's own state, are kept."""
     recorder = Recorder()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, PassiveController
+from controllers import AdaptiveController
 from mjbiped import Terrain, Walk, render_frame
 from mjbiped.records.signals import SIGNALS
 from mjbiped.rendering.gl import gl_available
@@ -62,22 +62,6 @@ def test_the_reference_is_what_the_controller_tracked(walk: Walk) -> None:
         off.append(max(abs(moment.reference[place] - moment.qpos[place]) for place in (2, 3)))
     assert np.median(off) < 2e-3  # rad
     assert max(off) < 0.2
-
-
-def test_traces_end_at_the_feet_and_begin_two_seconds_ago(walk: Walk) -> None:
-    moments = Moments(walk)
-    for time in (0.0, 0.5, 4.0):
-        moment = moments.at(time)
-        for leg, trace in enumerate(moment.traces):
-            assert trace[-1] == pytest.approx(walk.robot.limbs(moment.qpos)[leg, -1])
-            before = moments.at(max(0.0, time - 2.0)).qpos
-            assert np.hypot(*(trace[0] - walk.robot.limbs(before)[leg, -1])) < 0.05
-            assert np.hypot(*np.diff(trace, axis=0).T).max(initial=0.0) < 0.06
-
-
-def test_no_ghost_where_nothing_is_tracked() -> None:
-    walk = mjbiped.walk(PassiveController(), Terrain.incline(2.0), engine="hybrid", steps=1)
-    assert Moments(walk).at(0.1).reference is None
 
 
 # ---- robots in space -------------------------------------------------------------------------------------------------

@@ -89,14 +89,6 @@ def test_a_segment_is_found_from_any_other() -> None:
 # ---- value, record --------------------------------------------------------------------------------------------------
 
 
-def test_lists_arrays_and_numpy_numbers_become_plain_tuples() -> None:
-    given: dict[str, Any] = {"x": np.array([0.0, 1.0]), "z": [np.float64(0.0), 0], "angle": (np.float32(0.0), -0.0)}
-    terrain = Terrain(**given, end=np.float64(math.inf), parameters=[["seed", np.int64(3)]])  # type: ignore[arg-type]
-    assert terrain == Terrain((0.0, 1.0), (0.0, 0.0), (0.0, 0.0), parameters=(("seed", 3),))
-    assert {type(v) for v in (*terrain.x, *terrain.z, *terrain.angle, terrain.end)} == {float}
-    assert math.copysign(1.0, terrain.angle[1]) == 1.0  # no negative zero
-
-
 # ---- by name, on the command line -----------------------------------------------------------------------------------
 
 

@@ -110,19 +110,3 @@ def corners(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
     turn = np.empty(9)
     mujoco.mju_quat2Mat(turn, geom.quat)
     return np.asarray(model.mesh_vert[start : start + count] @ turn.reshape(3, 3).T + geom.pos, dtype=np.float64)
-
-
-@pytest.mark.parametrize("name", SHOWN)
-def test_the_section_is_the_terrain_and_only_for_the_eye(name: str) -> None:
-    terrain = SHOWN[name]
-    model = build_scene(mjbiped.Compass(), terrain, timestep=1e-4, reach=5.0, scenery=True).model
-    for mesh in MESHES:
-        geom = model.geom(mesh)
-        assert not geom.contype[0]
-        assert not geom.conaffinity[0]
-        assert geom.group[0] == 2  # which MuJoCo shows, and not the group of what collides
-    surface = corners(model, "surface")
-    heights = np.array([[terrain.height_at(x - 1e-5), terrain.height_at(x + 1e-5)] for x in surface[:, 0]])
-    # MuJoCo keeps meshes in single precision: 1e-7 of a size of 30 m
-    steepness = max(1.0, max(abs(gradient) for gradient in terrain.gradients))
-    assert np.abs(heights - surface[:, 2:]).min(axis=1).max() < 3e-5 * steepness**2
