@@ -156,7 +156,7 @@ def test_json_is_the_summary_and_repeats_the_walk(tmp_path: Path) -> None:
     printed = json.loads(ran("walk", *words, "--json", "--out", one))
     walk = Walk.load(one)
     assert (printed.pop("files"), printed.pop("settings")) == ({"record": str(one)}, walk.settings)
-    assert printed == json.loads(json.dumps(measures.summary(walk)))
+    assert printed == json.loads(json.dumps(walk.summary()))
     assert printed["verdict"] == printed["outcome"] == "finished"
     again = shlex.split(walk.settings["command"].replace(shlex.quote(str(one)), str(other)))
     ran(*again[1:])
