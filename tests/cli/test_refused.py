@@ -39,7 +39,7 @@ REFUSED = {
     "export bumps scene.xml --robot compass3d": "a surface",
     "walk bumps": "--robot compass3d, kneed3d",
     "walk --robot knee": "unknown robot 'knee'",
-    "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round, compass3d, abducting3d; kneed",
+    "walk --robot kneed --leg-mass 4": "--leg-mass is for --robot compass, footed, round, compass3d, abducting3d;",
     "walk --robot kneed --model-error leg_mass=1.2": "unknown parameter of the robot 'leg_mass'",
     "walk --robot bare.toml": "its kind is missing; without one it is a compass, which has no thigh_mass",
     "walk --model-error leg_mass=1 --model-error leg_mass=1": "a name is given twice",
