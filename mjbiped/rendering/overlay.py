@@ -49,6 +49,7 @@ _DPI = 100.0
 _LETTERS = 1 / 11.5  # height of the letters, per chart height
 _MARGIN = 7.2  # beside the panels, in letters: for names and numbers on the left, names of the lines on the right
 _WIDEST_MARGIN = 0.3  # per chart width
+_MOST_NAMES = 4  # beside a panel, in letters of the usual size
 _PANELS = ((0.59, 0.94), (0.19, 0.52))  # lower and upper end of each, per chart height
 _CURSOR = (200, 30, 30)
 
@@ -297,6 +298,7 @@ class Chart:
                 axes.text(0.004, 0.5 * (low + high), heading, transform=figure.transFigure, va="center")
                 if lines.signals:
                     beside: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "borderaxespad": 0.0}
+                    beside["fontsize"] = "small" if len(lines.signals) <= _MOST_NAMES else "x-small"
                     axes.legend(labelcolor="linecolor", handlelength=0.0, handletextpad=0.5, labelspacing=0.2, **beside)
             axes.text(1.03, -0.26, "time (s)", transform=axes.transAxes, va="center")
             canvas.draw()  # type: ignore[no-untyped-call]
