@@ -279,7 +279,9 @@ def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path)
 @pytest.mark.parametrize("plot", [report.plot_survival, report.plot_limits])
 def test_pictures_are_legible(result: Robustness, plot: Any, width: str) -> None:
     with figure_width(width):
-        assert_legible(plot(result, "hybrid"), width)
+        figure = plot(result, "hybrid")
+        assert_legible(figure, width)
+        assert figure.get_figheight() < 9.0  # inches: two panels, one above the other at most
 
 
 STUDY = """
