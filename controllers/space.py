@@ -86,7 +86,7 @@ class SpatialController(Tracking):
             InputError: A number is outside its domain, or the gait is of another kind of robot.
         """
         domains.check_fields(self)
-        domains.check_kind("robot", self.robot, InSpace)  # type: ignore[type-abstract]  # asked for alone
+        domains.check_kind("robot", self.robot, InSpace)  # type: ignore[type-abstract]  # no object of it is made
         if self.gait.robot.angles != self.robot.angles:
             raise InputError(
                 f"gait: a {type(self.robot).__name__} needs a gait in space of its own (mjbiped.find_gait_in_space), "

@@ -55,18 +55,21 @@ class PlacementController(SidewaysController):
     def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways:
         """Lead the divergent component back as far as the sole is wide, and place the next foot by the rest."""
         robot, away = self.robot, self._away(memory, t, linkage, q, dq)
-        half = 0.5 * self.sole_share * (robot.sole_width or math.inf)
-        pressure = min(max((1.0 + self.capture_gain) * away, -half), half)
-        held, growth = min(max(away, -half), half), math.exp(self.frequency * self.lead)
+        held, growth = min(max(away, -self._half), self._half), math.exp(self.frequency * self.lead)
         coming = (away - held) * growth + held * growth**-self.capture_gain
         timing = self._imitated(memory, t + self.lead, linkage) - self._imitated(memory, self.gait.period, linkage)
         apart = robot.hip_width + self.margin + self.placement_gain * coming + self.timing_share * timing
         target = (min(max(apart, self.closest), self.farthest) - robot.hip_width) / robot.leg_length
         return Sideways(
-            moment=linkage.gravity * linkage.masses.sum() * pressure,
+            moment=self._moment(linkage, away),
             fall_rate=self.lateral_gain * away if abs(away) < self.trusted else 0.0,
             opening=self.pace * (self.pace * (target - q[2]) - 2.0 * dq[2]),
         )
+
+    @property
+    def _half(self) -> float:
+        """Half of the share of the sole's width, m."""
+        return self.sole_share * super()._half
 
     @cached_property
     def _of_gait(self) -> Array:

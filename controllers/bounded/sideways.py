@@ -47,9 +47,17 @@ class SidewaysController(SpatialController):
     def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways:
         """Lead the divergent component back to the gait's, as far as the sole is wide."""
         away = self._away(memory, t, linkage, q, dq)
-        half = math.inf if self.robot.sole_width is None else 0.5 * self.robot.sole_width
-        pressure = min(max((1.0 + self.capture_gain) * away, -half), half)
-        return Sideways(linkage.gravity * linkage.masses.sum() * pressure, self.lateral_gain * away)
+        return Sideways(self._moment(linkage, away), self.lateral_gain * away)
+
+    @property
+    def _half(self) -> float:
+        """Half of the width on which the law leans, m."""
+        return 0.5 * (self.robot.sole_width or math.inf)
+
+    def _moment(self, linkage: SpatialLinkage, away: float) -> float:
+        """Torque about the heading, N m, that leads a deviation of the divergent component, m, back."""
+        pressure = min(max((1.0 + self.capture_gain) * away, -self._half), self._half)
+        return float(linkage.gravity * linkage.masses.sum() * pressure)
 
     def _away(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> float:
         """How far the divergent component is from the gait's, m towards the swing side; see `_led_sideways`."""

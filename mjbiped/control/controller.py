@@ -268,10 +268,6 @@ class LawController(Controller):
         """The controller's estimate of the slope under its stance foot, rad."""
         return self.plain_law.slope_estimate(self.plain_law.parameters, memory)
 
-    def lateral_estimate(self, memory: Memory) -> float:
-        """The controller's estimate of the slope towards the swing side, rad, in space; NaN where it has none."""
-        return math.nan
-
     def next_discontinuity(self, memory: Memory, t: float) -> float:
         """The first time after t at which `torque` may have a kink, s; see `Controller.next_discontinuity`."""
         return self.plain_law.next_discontinuity(self.plain_law.parameters, memory, t)

@@ -55,7 +55,7 @@ def find_gait_in_space(robot: InSpace, slope: float) -> PassiveGait:
         InputError: The slope is no number within a right angle of level, or the robot does not walk in space.
         GaitError: There is no such gait near the planar one.
     """
-    check_walker(robot, InSpace)  # type: ignore[type-abstract]  # asked for alone
+    check_walker(robot, InSpace)  # type: ignore[type-abstract]  # no object of it is made
     kind = KneedGaitInSpace if "knee" in robot.joints else PassiveGait
     found: PassiveGait = store.passive(kind, robot, checked_slope(slope), _search)
     return found

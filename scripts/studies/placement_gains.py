@@ -18,13 +18,12 @@ from pathlib import Path
 import click
 
 import mjbiped
+from controllers import PlacementController
 from mjbiped.control.registry import make_controller
 
 STEPS, SEEDS, TIMES, RMS, IMPULSE = 10, (2, 5), (0.65, 1.25), 0.014, 2.0
-START = {
-    "margin": 0.01, "timing_share": 1.0, "placement_gain": 1.0, "lead": 0.17, "pace": 12.0, "capture_gain": 1.5,
-    "closest": 0.03,
-}  # fmt: skip
+GAINS = ("margin", "timing_share", "placement_gain", "lead", "pace", "capture_gain", "closest")
+START: dict[str, float] = {name: getattr(PlacementController, name) for name in GAINS}
 
 
 def trial(gains: dict[str, float], number: int) -> tuple[int, float]:

@@ -65,8 +65,10 @@ def test_engines_agree(robot: InSpace, terrain: mjbiped.Terrain, steps: int, per
         assert (apart < limit * np.linalg.norm(here.touchdowns[name], axis=1)).all(), name
     for name in ("time", "x", "y"):
         np.testing.assert_allclose(there.touchdowns[name], here.touchdowns[name], rtol=1e-3, err_msg=name)
-    for name in {"knee_strike", "knee_dq_before", "knee_dq"} & set(here.touchdowns):
-        np.testing.assert_allclose(there.touchdowns[name], here.touchdowns[name], rtol=0, atol=0.03, err_msg=name)
+    # MuJoCo tells a knee strike up to 1 ms late, and the legs' rates change by 5 rad/s^2
+    for name, near in (("knee_strike", 1e-3), ("knee_dq_before", 5e-3), ("knee_dq", 5e-3)):
+        if name in here.touchdowns:
+            np.testing.assert_allclose(there.touchdowns[name], here.touchdowns[name], rtol=0, atol=near, err_msg=name)
     assert there.cost_of_transport == pytest.approx(here.cost_of_transport, rel=2e-3)
 
 

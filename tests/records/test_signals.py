@@ -6,25 +6,7 @@ import pytest
 import mjbiped
 from controllers import AdaptiveController
 from mjbiped.records import loads, signals
-from mjbiped.records.signals import PANELS, signals_of, torques_of, values_of
-from mjbiped.robots.kinds import KINDS
-from mjbiped.robots.robot import Robot
-from mjbiped.utils.palette import IN_WORDS
-
-
-@pytest.mark.parametrize("robot", KINDS.values())
-def test_every_angle_and_joint_of_every_robot_is_drawn(robot: type[Robot]) -> None:
-    drawn = signals_of(robot)
-    expected = [f"{column}_{part}" for column in ("q", "dq") for part in robot.angles]
-    expected += [f"{column}_{joint}" for column in ("torque", "power") for joint in robot.joints]
-    assert {*expected} <= {*drawn}
-    assert len(torques_of(robot)) == len(robot.joints)
-    if "swing" in robot.angles:
-        assert drawn["q_swing"].name == ("swing thigh" if "shank" in robot.angles else "swing leg")
-    for panel in PANELS:  # lines of a panel differ for colour-blind eyes
-        colours = [signal.colour for signal in drawn.values() if signal.panel == panel]
-        assert len({*colours}) == len(colours)
-        assert {*colours} <= {*IN_WORDS}  # of Okabe and Ito
+from mjbiped.records.signals import values_of
 
 
 def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, kneed: mjbiped.Walk) -> None:

@@ -51,12 +51,3 @@ def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:
     # all samples of a step stand on the leg that the touchdown before it put down
     stances = samples[samples.step > 1].groupby("step").stance.agg(["min", "max"])
     assert stances["min"].tolist() == stances["max"].tolist() == touchdowns.stance.tolist()
-
-
-def test_without_samples_the_end_is_known() -> None:
-    recorder = Recorder(keep_samples=False)
-    assert recorder.end == (0.0, 0.0)
-    samples = rows_at(width(SAMPLES), 0.1, 0.2)
-    samples[-1, index_of(SAMPLES, "qpos")] = 3.0
-    recorder.add(rows_at(width(TOUCHDOWNS)), samples)
-    assert (recorder.end, len(recorder.samples()["time"]), len(recorder.touchdowns()["time"])) == ((0.2, 3.0), 0, 0)

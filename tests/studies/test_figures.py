@@ -110,16 +110,6 @@ def summed(content: dict[str, Any], results: list[tuple[str, float | None]]) -> 
 GAINS = {"controller": {"position_gain": [3, 5], "replanning_delay": [0.8, "none"]}}
 
 
-def test_medians_are_of_the_walks_with_each_value_that_finished() -> None:
-    """3 with 0.8, 3 with none, 5 with 0.8, 5 with none."""
-    content = {**GAINS, "plot": {"measures": [COST, "finished"]}}
-    found = by_value(*summed(content, [("finished", 0.1), ("fell", 0.9), ("finished", 0.25), ("finished", 0.5)]))
-    assert {name: [tuple(entry.values()) for entry in entries] for name, entries in found.items()} == {
-        "controller.position_gain": [("3", 2, 0.1, 0.5), ("5", 2, 0.375, 1.0)],
-        "controller.replanning_delay": [("0.8", 2, 0.175, 1.0), ("none", 2, 0.5, 0.5)],
-    }
-
-
 def test_the_best_combination_finishes_most_often_and_is_then_the_cheapest() -> None:
     found = best(*summed(GAINS, [("fell", 0.01), ("finished", 0.3), ("finished", 0.2), ("finished", 0.4)]))
     assert found is not None

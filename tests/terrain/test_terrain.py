@@ -70,16 +70,6 @@ def test_rounding_is_no_step() -> None:
 # ---- asking ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("x", [1, np.float32(1.0), np.array(1.0), [0.5, 1.0], [], np.arange(6).reshape(2, 3)])
-def test_places_of_any_shape_are_asked_one_by_one(x: Any) -> None:
-    terrain = Terrain.mixed()
-    for ask, at in ((terrain.height, terrain.height_at), (terrain.slope, terrain.slope_at)):
-        found = ask(x)
-        assert np.shape(found) == np.shape(x)
-        assert np.ravel(found).tolist() == [at(float(each)) for each in np.ravel(x)]
-        assert isinstance(found, float if np.ndim(x) == 0 else np.ndarray)
-
-
 def test_a_segment_is_found_from_any_other() -> None:
     profile = Terrain.mixed().profile
     for x in (-5.0, 0.0, 2.0, 9.1, 30.0):
