@@ -30,7 +30,6 @@ ROBOTS: dict[str, Robot] = {
     "round knees": mjbiped.RoundKneed(hip_mass=3.0, stop_angle=0.3, shank_offset=0.03, foot_radius=0.17),
     "wheel": mjbiped.RimlessWheel(mass=3.0, inertia=0.7, length=0.8, spokes=6, gravity=3.7),
 }
-FOLDED = {2: np.eye(3)[[0, 0, 1]] @ np.eye(3)[:, :2], 3: np.eye(3), 4: np.eye(4)}
 SEGMENTS = {2: [0, 0, 1, 1], 3: [0, 0, 1, 2], 4: [0, 1, 2, 3]}
 """With which angle the segments of a robot with knees move, from its stance shank to its swing shank."""
 ROUNDING = 1e-12

@@ -5,7 +5,6 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from simulations import build_scene
 
 import mjbiped
@@ -15,7 +14,6 @@ from mjbiped.engines.mujoco.options import GROUND_KINDS
 from mjbiped.engines.mujoco.scene import Scene
 from mjbiped.errors import InputError
 from mjbiped.robots.robot import Robot
-from mjbiped.terrain.terrain import Terrain
 
 TERRAINS = {
     "level": mjbiped.Terrain.level(),
@@ -93,20 +91,3 @@ LIGHT: list[tuple[Robot, str]] = [
 def test_bodies_that_mujoco_takes_for_massless_are_refused_by_the_parameters_names(robot: Robot, message: str) -> None:
     with pytest.raises(InputError, match=f"{message}.*engine='hybrid'"):
         mjbiped.walk(Unpowered(), TERRAINS["level"], robot=robot, initial=[0.0] * (2 * len(robot.angles)))
-
-
-SHOWN = {
-    "steep": Terrain.incline(38.0),
-    "up and down": Terrain.from_segments([(1.0, 0.0, 0.0), (1.0, 5.0, 0.03), (1.0, -4.0, -0.05)]),
-    "rough": Terrain.random(seed=3),
-}
-MESHES = ("surface", "stripe", "earth", "level_line", "profile_line")
-
-
-def corners(model: mujoco.MjModel, name: str) -> NDArray[np.float64]:
-    """Places of a mesh's corners, m, shape (n, 3); MuJoCo keeps them about the mesh's middle and in its own axes."""
-    mesh, geom = model.mesh(name), model.geom(name)
-    start, count = int(model.mesh_vertadr[mesh.id]), int(model.mesh_vertnum[mesh.id])
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, geom.quat)
-    return np.asarray(model.mesh_vert[start : start + count] @ turn.reshape(3, 3).T + geom.pos, dtype=np.float64)
