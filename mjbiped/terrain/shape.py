@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mjbiped.errors import InputError, shown
 from mjbiped.terrain.profile import Profile, height_of, segment_under
-from mjbiped.terrain.surface import Surface
+from mjbiped.terrain.surface import Numbers, Surface
 
 STEP_RESOLUTION = 1e-9
 """Greatest height difference at a break that is rounding, not a step, m; `domains.PLACE` bounds the rounding."""
@@ -69,8 +69,12 @@ class Shape:
 
     def height_at(self, x: float, y: float = 0.0) -> float:
         """Return the height (m) at x, y (m): `height` for one plain float, without NumPy; NaN gives NaN."""
+        return float(self.across(x, y))
+
+    def across(self, x: float, y: Numbers) -> Numbers:
+        """Return the heights (m) at x and one or more y (m)."""
         index = self.segment_at(x)
-        height = height_of(self.profile, index, x)
+        height: Numbers = height_of(self.profile, index, x)
         height = height - self.falls[index] * y if self.lateral else height
         return height if self.surface is None else height + self.surface.height_at(x, y)
 

@@ -44,10 +44,11 @@ Stretch = Annotated[float, domains.STRETCH]
 Seed = Annotated[int, domains.SEED]
 Length = Annotated[float, domains.Domain(2.0, 1e5, "m")]
 Array = NDArray[np.float64]
+Numbers = float | Array
 
 
 class Cell(NamedTuple):
-    """Where a place is on a grid.
+    """Where places are on a grid.
 
     Attributes:
         row: Of the cell, along y.
@@ -56,10 +57,10 @@ class Cell(NamedTuple):
         v: Part of the cell along y, 0 to 1.
     """
 
-    row: int
-    column: int
-    u: float
-    v: float
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+    u: Array
+    v: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,38 +119,39 @@ class Surface:
     def _key(self) -> tuple[float, float, float, tuple[int, ...], bytes]:
         return self.x0, self.y0, self.spacing, self.heights.shape, self.heights.tobytes()
 
-    @cached_property
-    def _rows(self) -> list[list[float]]:
-        """Heights as plain numbers: a walk asks for single places."""
-        rows: list[list[float]] = self.heights.tolist()
-        return rows
-
     @property
     def ends(self) -> tuple[float, float]:
         """The last column's x and the last row's y, m."""
         rows, columns = self.heights.shape
         return self.x0 + (columns - 1) * self.spacing, self.y0 + (rows - 1) * self.spacing
 
-    def _cell(self, x: float, y: float) -> Cell:
-        """The cell under a place (m), or nearest to it."""
+    def _cell(self, x: Numbers, y: Numbers) -> Cell:
+        """The cells under places (m), or nearest to them."""
         rows, columns = self.heights.shape
-        u = min(max((x - self.x0) / self.spacing, 0.0), columns - 1.0)
-        v = min(max((y - self.y0) / self.spacing, 0.0), rows - 1.0)
-        row, column = min(int(v), rows - 2), min(int(u), columns - 2)
+        u = np.minimum(np.maximum((x - self.x0) / self.spacing, 0.0), columns - 1.0)
+        v = np.minimum(np.maximum((y - self.y0) / self.spacing, 0.0), rows - 1.0)
+        # NaN stays in the cell's parts, and is in the first cell
+        row, column = (
+            np.minimum(np.fmax(v, 0.0).astype(int), rows - 2),
+            np.minimum(np.fmax(u, 0.0).astype(int), columns - 2),
+        )
         return Cell(row, column, u - column, v - row)
 
-    def height_at(self, x: float, y: float) -> float:
-        """Height at a place (m), m; NaN gives NaN."""
-        if math.isnan(x) or math.isnan(y):
-            return math.nan
-        row, column, u, v = self._cell(x, y)
-        (a, b), (c, d) = (each[column : column + 2] for each in self._rows[row : row + 2])
-        return a + (b - a) * u + (d - b) * v if u >= v else a + (d - c) * u + (c - a) * v
+    def _corners(self, cell: Cell) -> tuple[Array, Array, Array, Array]:
+        """Heights of the corners of cells, m: at the least x and y, ahead, to the left, and ahead to the left."""
+        row, column, heights = cell.row, cell.column, self.heights
+        return heights[row, column], heights[row, column + 1], heights[row + 1, column], heights[row + 1, column + 1]
+
+    def height_at(self, x: Numbers, y: Numbers) -> Array:
+        """Heights at places (m), m, in the shape to which x and y are broadcast; NaN gives NaN."""
+        cell = self._cell(x, y)
+        (a, b, c, d), u, v = self._corners(cell), cell.u, cell.v
+        return np.where(u >= v, a + (b - a) * u + (d - b) * v, a + (d - c) * u + (c - a) * v)
 
     def gradient_at(self, x: float, y: float) -> tuple[float, float]:
         """dz/dx and dz/dy of the triangle under a place (m); of its neighbour ahead or to the left on an edge."""
-        row, column, u, v = self._cell(x, y)
-        (a, b), (c, d) = (each[column : column + 2] for each in self._rows[row : row + 2])
+        cell = self._cell(x, y)
+        a, b, c, d, u, v = (float(each) for each in (*self._corners(cell), cell.u, cell.v))
         ahead, left = (b - a, d - b) if u >= v else (d - c, c - a)
         last_x, last_y = self.ends
         inside_x, inside_y = self.x0 <= x < last_x, self.y0 <= y < last_y

@@ -69,7 +69,7 @@ def _add_tiles(spec: mujoco.MjSpec, terrain: Terrain, start: float, stop: float,
     near, rows = _NEAR * leg_length, np.arange(math.floor(-_RIGHT * leg_length / tile), _LEFT * leg_length / tile)
     fine = tile / parts * np.arange(-math.floor(near / tile) * parts, math.floor(near / tile) * parts + 1)
     y = np.union1d(tile * rows[np.abs(tile * rows) > near], fine)
-    z = np.array([[terrain.height_at(one, other) for other in y.tolist()] for one in x.tolist()])
+    z = np.array([np.broadcast_to(terrain.across(place, y), y.shape) for place in x.tolist()])
     points = np.stack([*np.meshgrid(x, y, indexing="ij"), z], axis=-1)
     corners = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     middle = 0.5 * (corners[0] + corners[2])

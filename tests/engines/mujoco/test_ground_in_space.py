@@ -86,7 +86,7 @@ def test_a_ray_finds_the_triangles_of_a_surface_and_what_is_beyond(name: str) ->
 def test_a_foot_within_a_triangle_touches_it_at_its_height_and_along_its_normal(name: str) -> None:
     terrain, at = SURFACES[name], places(300)
     model, data = built(terrain, "auto")
-    touched = 0
+    touched, near = 0, spread(terrain, at)
     for x, y in at.tolist():
         normal = terrain.normal_at(x, y)
         data.qpos[:3] = np.array([x, y, terrain.height_at(x, y)]) - 0.5 * FOOT_RADIUS * normal
@@ -96,7 +96,7 @@ def test_a_foot_within_a_triangle_touches_it_at_its_height_and_along_its_normal(
             continue
         contact = data.contact[0]
         assert data.ncon == 1
-        assert contact.dist == pytest.approx(-0.5 * FOOT_RADIUS, abs=spread(terrain, at))
+        assert contact.dist == pytest.approx(-0.5 * FOOT_RADIUS, abs=near)
         assert np.abs(contact.frame[:3]) == pytest.approx(np.abs(normal), abs=2e-5)
         touched += 1
     assert touched > 250
