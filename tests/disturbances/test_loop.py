@@ -67,11 +67,11 @@ def clocked(engine: str, knees: bool, reading: bool = False, steps: int = 1, **g
 
 @each_case
 def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees: bool, tmp_path: Any) -> None:
-    first = walked(engine, NOISY, knees)
+    first = walked(engine, NOISY, knees, steps=2)
     first.save(tmp_path / "walk.npz")
     again = Disturbances.from_dict(Walk.load(tmp_path / "walk.npz").settings["disturbances"])
     each = [again, Disturbances(**{**NOISY.to_dict(), "seed": 6})]
-    together = mjbiped.walk_many(adaptive(knees), GROUND, engine=engine, steps=4, disturbances=each, workers=2)
+    together = mjbiped.walk_many(adaptive(knees), GROUND, engine=engine, steps=2, disturbances=each, workers=2)
     assert together[0] == first
     assert together[0] != together[1]
 
@@ -79,10 +79,10 @@ def test_a_record_repeats_its_walk_bit_by_bit_also_in_threads(engine: str, knees
 @each_case
 def test_each_motor_has_its_own_limit(engine: str, knees: bool) -> None:
     """The limits stand in the order of the joints, and a record keeps them; each of these binds."""
-    free = walked(engine, Disturbances(control_period=1e-3), knees, steps=6)
+    free = walked(engine, Disturbances(control_period=1e-3), knees, steps=3)
     limits = tuple((0.5 * free.peak_torque).tolist())
-    bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=6)
-    slow = walked(engine, Disturbances(torque_limit=limits, **SLOW), knees, steps=6)
+    bound = walked(engine, Disturbances(torque_limit=limits), knees, steps=3)
+    slow = walked(engine, Disturbances(torque_limit=limits, **SLOW), knees, steps=3)
     assert bound.peak_torque.tolist() == list(limits)
     assert (slow.peak_torque <= limits).all()
     assert (np.abs(slow.samples["torque"]) <= limits).all()

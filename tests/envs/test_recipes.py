@@ -33,7 +33,7 @@ def drawn_by(task: WalkTask, seed: int = 0) -> Episode:
     ("settings", "name", "made"),
     [
         ({"robot": mjbiped.KneedBiped()}, "robot", mjbiped.KneedBiped()),
-        ({"robot": {"kind": "kneed", "thigh_mass": 4.0}}, "robot", mjbiped.KneedBiped(thigh_mass=4.0)),
+        ({"robot": {"kind": "compass", "leg_mass": 4.0}}, "robot", mjbiped.Compass(leg_mass=4.0)),
         ({"robot": {"sole": (0.05, 0.15)}}, "robot", mjbiped.Compass(sole=(0.05, 0.15))),
         ({"terrain": mjbiped.Terrain.stairs(rise=0.01)}, "terrain", mjbiped.Terrain.stairs(rise=0.01)),
         ({"name": "walk_stairs", "terrain": {"rise": 0.01}}, "terrain", mjbiped.Terrain.stairs(rise=0.01)),

@@ -136,7 +136,7 @@ def test_on_the_gaits_the_foot_leaves_freely_at_any_friction(slope_deg: float, f
 )
 def test_in_space_the_foot_leaves_freely_while_friction_holds_the_yaw(robot: InSpace, terrain: mjbiped.Terrain) -> None:
     """Knees and yaw are held; the impulse that holds the yaw keeps within the torsional friction of 0.05 m."""
-    walk = mjbiped.walk(make_controller("adaptive", robot, {}), terrain, engine="hybrid", steps=2, sample_period=None)
+    walk = mjbiped.walk(make_controller("adaptive", robot, {}), terrain, engine="hybrid", steps=1, sample_period=None)
     steps, n = walk.touchdowns, len(robot.bodies.leg)
     straight = [0] * n + [1] * n + [-1]  # of the angles of the record, one for each segment
     q, dq = steps["q_before"][-1][straight], steps["dq_before"][-1][straight]
