@@ -36,7 +36,7 @@ def test_a_push_that_only_placed_feet_survive_and_the_work_of_placing_them() -> 
     assert works[ROBOT.joints.index("abduction")] > 0.1 * works.sum()
 
 
-@pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
+@pytest.mark.parametrize("engine", [pytest.param("hybrid", marks=pytest.mark.slow), "mujoco"])
 def test_a_step_on_the_right_foot_is_one_on_the_left_mirrored(engine: str) -> None:
     held = {"lateral_gain": 0.0, "adaptation_gain": 1e-9, "estimate_update": False}  # a law that remembers nothing
     both = walked(ROBOT, engine, held, steps=2).touchdowns

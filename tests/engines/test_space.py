@@ -51,7 +51,9 @@ def test_costs_of_the_plan(robot: InSpace, terrain: mjbiped.Terrain, cost: float
     [
         (mjbiped.Compass3D(), mjbiped.Terrain.stairs(tread=0.8, rise=0.02, first=0.6), 3, 1e-3, 1e-3),
         (mjbiped.Compass3D(), mjbiped.Terrain.incline(-3.0, lateral_deg=1.0), 3, 1e-3, 1.5e-3),
-        (mjbiped.Kneed3D(), mjbiped.Terrain.incline(1.0, lateral_deg=1.0), 1, 2e-4, 2e-3),
+        pytest.param(
+            mjbiped.Kneed3D(), mjbiped.Terrain.incline(1.0, lateral_deg=1.0), 1, 2e-4, 2e-3, marks=pytest.mark.slow
+        ),
     ],
     ids=["steps", "up", "knees"],
 )

@@ -51,9 +51,10 @@ def step(robot: Compass, slope: float, start: Array) -> tuple[float, Array]:
 
 
 EACH = [(TABLE_ONE, 0.1), (TABLE_ONE, 2.0), (TABLE_ONE, 4.0), (TABLE_ONE, 5.0), (GOSWAMI_ROBOT, 3.0), (MOON, 1.3)]
+MARKED = [pytest.param(*each, marks=() if each[1] in (0.1, 5.0, 1.3) else pytest.mark.slow) for each in EACH]
 
 
-@pytest.mark.parametrize(("robot", "degrees"), EACH)
+@pytest.mark.parametrize(("robot", "degrees"), MARKED)
 def test_gait_is_a_fixed_point_and_multipliers_are_the_return_maps(robot: Compass, degrees: float) -> None:
     slope = math.radians(degrees)
     gait = find_passive_gait(robot, slope)
@@ -114,7 +115,7 @@ def test_times_outside_the_domain_are_refused(gait: PassiveGait, t: float) -> No
     [
         (TABLE_ONE, 0.0, "walks only downhill; give a slope above 0"),
         (TABLE_ONE, 28.0, "the trailing foot already stays down; choose a gentler slope"),
-        (Compass(leg_inertia=50.0), 2.0, "check the robot's"),
+        pytest.param(Compass(leg_inertia=50.0), 2.0, "check the robot's", marks=pytest.mark.slow),
     ],
 )
 def test_no_gait_says_where_why_and_what_to_do(robot: Compass, degrees: float, reason: str) -> None:

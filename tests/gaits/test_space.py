@@ -16,7 +16,10 @@ from mjbiped.gaits.space import step
 from mjbiped.robots.in_space import InSpace, pull_of
 
 
-@pytest.mark.parametrize(("kind", "moduli"), [("compass3d", [17.678, 1.322]), ("kneed3d", [8.168, 0.6444])])
+@pytest.mark.parametrize(
+    ("kind", "moduli"),
+    [pytest.param("compass3d", [17.678, 1.322], marks=pytest.mark.slow), ("kneed3d", [8.168, 0.6444])],
+)
 def test_a_gait_is_found_and_drawn_on_the_command_line(kind: str, moduli: list[float], tmp_path: Path) -> None:
     told = ran("gait", "--robot", kind, "--slope-deg", "3", "--plot", str(tmp_path / "gait.png"), "--json")
     assert (tmp_path / "gait.png").stat().st_size > 10_000
@@ -24,7 +27,11 @@ def test_a_gait_is_found_and_drawn_on_the_command_line(kind: str, moduli: list[f
         assert f'"modulus": {modulus:.3f}'[:15] in told
 
 
-@pytest.mark.parametrize("robot", [mjbiped.Compass3D(hip_width=0.2), mjbiped.Kneed3D()], ids=["wide", "knees"])
+@pytest.mark.parametrize(
+    "robot",
+    [mjbiped.Compass3D(hip_width=0.2), pytest.param(mjbiped.Kneed3D(), marks=pytest.mark.slow)],
+    ids=["wide", "knees"],
+)
 def test_a_gait_repeats_itself_and_its_trajectory_is_passive(robot: InSpace) -> None:
     """In the middle of the table's pieces the equations of motion hold to 1e-6 rad/s^2: of polynomials of degree 9."""
     slope = math.radians(2.5)

@@ -42,7 +42,9 @@ START = mjbiped.find_passive_gait(ROBOT, 0.03).start
         (InputError, "not be more than the 10", lambda: bifurcation_diagram(ROBOT, [0.05], steps=10, keep=11)),
         (InputError, "a RimlessWheel has no swing leg", lambda: bifurcation_diagram(RimlessWheel(), [0.03])),
         (InputError, "scuffing is for straight", lambda: bifurcation_diagram(KNEED, [0.04], scuffing=FAR)),
-        (GaitError, r"0\.1 degrees", lambda: find_cascade(Compass(leg_inertia=50.0))),
+        pytest.param(
+            GaitError, r"0\.1 degrees", lambda: find_cascade(Compass(leg_inertia=50.0)), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_what_is_no_input_is_refused(error: type[Exception], words: str, call: Callable[[], object]) -> None:

@@ -94,7 +94,14 @@ def test_the_cost_of_transport_is_never_broken(words: list[str]) -> None:
             assert all(len(line.replace(C_MT, "cmt")) <= width().letters() for line in lines)
 
 
-@pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
+@pytest.mark.parametrize(
+    ("suffix", "start"),
+    [
+        pytest.param(".png", b"\x89PNG", marks=pytest.mark.slow),
+        (".pdf", b"%PDF"),
+        pytest.param(".svg", b"<?xml", marks=pytest.mark.slow),
+    ],
+)
 def test_same_figure_same_file(
     walk: mjbiped.Walk, suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,7 +69,8 @@ def simplest(mass_ratio: float, height: float) -> Compass:
     return Compass(mass_ratio, 1.0, lower_length=height, upper_length=1 - height, leg_inertia=0.0, gravity=1.0)
 
 
-@pytest.mark.parametrize("parameter", ["mass ratio", pytest.param("height", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("parameter", ["mass ratio", "height"])
 def test_garcia_is_the_limit_of_our_model(parameter: str) -> None:
     """The difference is of first order in the legs' mass, and in its height above the feet."""
     limit = simplest_walker.long_gait()

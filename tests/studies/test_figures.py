@@ -49,7 +49,7 @@ def rows_of(text: str) -> tuple[Study, list[Row]]:
         (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', "line_controller.velocity_gain"),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, "groups_controller.name"),
         (SEEDS, "histograms"),
-        (MODEL, "map_model.hip_mass_model.leg_mass"),
+        pytest.param(MODEL, "map_model.hip_mass_model.leg_mass", marks=pytest.mark.slow),
         (BASELINE, "line_controller.position_gain"),
     ],
 )

@@ -95,6 +95,7 @@ def stepped_up(place: float, rise: float, steps: int = 2, **feet: Any) -> mjbipe
     return mjbiped.walk(law, ground([(place, 0.0, 0.0), (8.0, 0.0, rise)]), engine="mujoco", steps=steps)
 
 
+@pytest.mark.slow
 def test_a_pad_that_comes_down_along_a_riser_is_not_gripped() -> None:
     """The toe slides down the face and stands before it; it was held by 1000 weights until the robot fell."""
     walk = stepped_up(0.512, 0.008)
