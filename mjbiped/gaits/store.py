@@ -75,9 +75,14 @@ def passive(kind: Any, robot: Robot, slope: float, search: Callable[[Any, float]
         GaitError: The search finds none.
     """
     asked = {"passive": robot.mechanism.to_dict(), "slope": slope}
-    found = dict(kept(asked, lambda: search(robot.mechanism, slope)))
-    tables = tuple(np.asarray(found.pop(name)).tolist() for name in ("table", "bent", "straight") if name in found)
-    return kind(robot=robot, slope=slope, **found, tables=tables)
+    return kind(robot=robot, slope=slope, **with_tables(kept(asked, lambda: search(robot.mechanism, slope))))
+
+
+def with_tables(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return attributes of a gait as they are stored, with its tables as lists under their name in the gait."""
+    names = [name for name in ("table", "bent", "straight") if name in found]
+    others = {name: value for name, value in found.items() if name not in names}
+    return {**others, "tables": tuple(np.asarray(found[name]).tolist() for name in names)}
 
 
 def _file(asked: Mapping[str, object]) -> Path:

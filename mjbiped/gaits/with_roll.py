@@ -15,10 +15,11 @@ import numpy as np
 import scipy
 
 from mjbiped.errors import GaitError
+from mjbiped.gaits import store
 from mjbiped.gaits.cycle import glide
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import EARLY, ON
-from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces
+from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces, motion_at
 from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, joined
 
@@ -48,24 +49,33 @@ def with_roll(robot: InSpace, legs: Gait) -> RollingGait:
     Raises:
         GaitError: No roll repeats itself.
     """
+    asked = {"roll": robot.mechanism.to_dict(), "legs": legs.describe()}
+    found = store.with_tables(store.kept(asked, lambda: _search(robot, legs)))
+    return RollingGait(
+        robot=robot,
+        slope=legs.slope,
+        period=legs.period,
+        step_length=legs.step_length,
+        knee_strike=legs.knee_strike,
+        legs=legs,
+        **found,
+    )
+
+
+def _search(robot: InSpace, legs: Gait) -> dict[str, Any]:
+    """The attributes of the gait that the planar one does not have."""
     roll = _Roll(robot, legs)
     solution = scipy.optimize.root(roll.mismatch, np.zeros(2), tol=1e-10)
     if np.abs(solution.fun).max() > 1e-8:
         raise GaitError("no roll repeats itself from step to step; choose another reference or a narrower hip")
     start, half = solution.x, len(legs.start) // 2
     _, last = roll.parts(start)
-    state = [np.insert(legs.start, [half, 2 * half], start), np.insert(legs.end, [half, 2 * half], last(roll.period))]
-    return RollingGait(
-        robot=robot,
-        slope=legs.slope,
-        start=state[0],
-        end=state[1],
-        period=legs.period,
-        step_length=legs.step_length,
-        knee_strike=legs.knee_strike,
-        tables=roll.tables(start),
-        legs=legs,
-    )
+    tables = roll.tables(start)
+    return {
+        "start": np.insert(legs.start, [half, 2 * half], start),
+        "end": np.insert(legs.end, [half, 2 * half], last(roll.period)),
+        **dict(zip(("table",) if len(tables) == 1 else ("bent", "straight"), tables, strict=True)),
+    }
 
 
 @dataclass(frozen=True)
@@ -97,7 +107,8 @@ class _Roll:
 
     def at(self, t: float, *, bent: bool) -> tuple[Array, Array, Array]:
         """Pitch angles, rates and accelerations of the legs, with the bent or the straight knee."""
-        q, dq, ddq = self.legs.branch(t, bent=bent or self.legs.knee_strike is None)
+        table = self.legs.tables[0 if bent or self.legs.knee_strike is None else 1]
+        q, dq, ddq = np.reshape(motion_at(table, t), (3, -1))
         return q, dq, ddq
 
     def moved(self, start: Array, since: float, until: float, *, bent: bool) -> Any:
