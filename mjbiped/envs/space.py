@@ -42,18 +42,19 @@ class SpaceEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     | id | robot |
     |---|---|
     | `mjbiped/Compass3D-v0` | straight legs |
+    | `mjbiped/Abducting3D-v0` | straight legs whose hips abduct |
     | `mjbiped/Kneed3D-v0` | legs with knees |
 
     ## Action space
 
-    `Box(-1, 1, (3,), float32)`, with knees `(4,)`: torques of ankle, hip, with knees swing knee, and ankle roll
-    (positive towards the stance side), as parts of the greatest that an action can ask for. They are held for a control
-    period of 20 ms.
+    `Box(-1, 1, (3,), float32)`, with knees or abduction `(4,)`: torques of ankle, hip, swing knee or abduction
+    (positive where it opens the legs), and ankle roll (positive towards the stance side), as parts of the greatest that
+    an action can ask for. They are held for a control period of 20 ms.
 
     ## Observation space
 
-    `Box((17,), float64)`, with knees `(22,)`: the fields of `mjbiped.envs.observation.FIELDS` that all robots have.
-    Angles and rates are those of the robot's planar segments and its roll.
+    `Box((17,), float64)`, with knees or abduction `(22,)`: the fields of `mjbiped.envs.observation.FIELDS` that all
+    robots have. Angles and rates are those of the robot's planar segments, the abduction and the roll.
 
     ## Rewards, starting state and episode end
 

@@ -39,10 +39,14 @@ IDS: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """Tasks and robots by their names in Gymnasium."""
 
-IN_SPACE: Mapping[str, str] = MappingProxyType({"mjbiped/Compass3D-v0": "compass3d", "mjbiped/Kneed3D-v0": "kneed3d"})
+IN_SPACE: Mapping[str, str] = MappingProxyType(
+    {f"mjbiped/{name}-v0": name.lower() for name in ("Compass3D", "Abducting3D", "Kneed3D")}
+)
 """Robots in space by the names of their environments in Gymnasium."""
 
-PEAK: Mapping[str, float] = MappingProxyType({"ankle": 35.55, "hip": 23.7, "knee": 35.55, "ankle_roll": 35.55})
+PEAK: Mapping[str, float] = MappingProxyType(
+    {"ankle": 35.55, "hip": 23.7, "knee": 35.55, "abduction": 23.7, "ankle_roll": 35.55}
+)
 """Greatest torques of the motors, N m: those of the knees (35.55) and hips of Unitree's Go1, a walking robot of 12 kg
 (`forcerange` in unitree_go1/go1.xml of MuJoCo Menagerie). They are for the robot of Table I, and are in proportion to
 weight and leg length for others."""
@@ -271,7 +275,7 @@ def planar_task(name: str, kind: str, settings: Mapping[str, Any]) -> WalkTask:
     if task.model.runs:
         raise InputError(
             f"robot: a {type(task.model).__name__} moves in space, and this environment is of planar robots; walk in "
-            "mjbiped/Compass3D-v0 or mjbiped/Kneed3D-v0"
+            f"{', '.join(IN_SPACE)}"
         )
     return task
 
