@@ -151,9 +151,8 @@ class MujocoSpaceRun(SpaceRun):
         if data.time >= self.next_tick - 1e-9:
             outcome = self._tick()
         mujoco.mj_step2(model, data)
-        self.impulse += (
-            self.timestep * data.qfrc_constraint[self.slides]
-        )  # nothing but the ground holds the hip's slides
+        # nothing but the ground holds the hip's slides
+        self.impulse += self.timestep * data.qfrc_constraint[self.slides]
         if landed:
             return self._transfer(before)
         if self.free:
