@@ -222,3 +222,13 @@ def test_stable_baselines_robots_are_gymnasiums_without_the_steps_that_reset() -
     with pytest.raises(mjbiped.InputError, match="give settings when"):
         env.set_attr("task", 1)
     env.close()
+
+
+def test_the_time_since_the_last_touchdown_is_observed() -> None:
+    env = WalkEnv(residual=True)
+    env.reset(seed=0)
+    shown = [env.step(ZERO)[0][5] for _ in range(60)]
+    times, touched = 0.02 * np.arange(1, 61), np.append(0.0, env.walk().touchdowns["time"])
+    since = times - touched[np.searchsorted(touched, times, side="right") - 1]
+    np.testing.assert_allclose(shown, since, rtol=0, atol=1e-9)
+    assert len(touched) > 1
