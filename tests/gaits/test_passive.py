@@ -8,7 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
-from mjbiped import GaitError, InputError, PassiveGait, find_passive_gait
+from mjbiped import GaitError, InputError, KneedBiped, PassiveGait, find_kneed_gait, find_passive_gait
+from mjbiped.gaits.reference import PIECES, RATE, motion_at
 from mjbiped.robots.compass import Array, Compass
 from scripts.validation.published import GOSWAMI_ROBOT
 
@@ -102,6 +103,16 @@ def test_reference_at_start_touchdown_and_beyond_the_horizon(gait: PassiveGait) 
         q, dq, ddq = gait.reference(late)
         np.testing.assert_array_equal(q, last)
         np.testing.assert_array_equal([dq, ddq], np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("kneed", [False, True])
+def test_a_late_reference_comes_to_rest_without_a_jerk(gait: PassiveGait, kneed: bool) -> None:
+    """Angles, rates and accelerations on both sides of the joints of pieces from the period on."""
+    late = find_kneed_gait(KneedBiped(), math.radians(2.5)) if kneed else gait
+    table = late.tables[-1]
+    for joint in np.arange(round(late.period * table[RATE]), table[PIECES]) / table[RATE]:
+        before, after = (np.reshape(motion_at(table, joint + side * 1e-10), (3, -1)) for side in (-1.0, 1.0))
+        np.testing.assert_allclose(after, before, rtol=0, atol=1e-6, err_msg=f"{joint}")  # a jerk of 1e2 rad/s^3
 
 
 @pytest.mark.parametrize("t", [-1e-9, [0.1, -0.1], math.nan, math.inf])
