@@ -46,6 +46,16 @@ def test_torque_that_switches_now_and_then_is_resolved() -> None:
     assert (walk.outcome, dict(walk.warnings)) == ("finished", {})
 
 
+def test_many_short_steps_that_advance_are_no_reason_to_end() -> None:
+    """A stiff brake holds the legs together until the robot falls, by some 5000 steps of the integration."""
+
+    class Brake(Controller):
+        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+            return 0.0, -2e4 * (dq[1] - dq[0])
+
+    assert mjbiped.walk(Brake(), INCLINE, engine="hybrid", initial=START).outcome == "fell"
+
+
 def test_robot_that_flies_apart_has_diverged() -> None:
     """Rates that grow beyond all bounds in a finite time: no step is short enough, but nothing switches."""
 
