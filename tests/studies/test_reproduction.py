@@ -83,6 +83,8 @@ def test_one_walk_gives_the_cost_of_every_shorter_one() -> None:
         for kind in ("absolute", "net", "positive"):  # the same numbers of the same steps: bit by bit
             assert cells.cost_after(whole, kind, length) == cost_of_transport(shorter, kind)
     found = cells.measures_of(whole)
+    assert (found["steps"], found["place"]) == (whole.steps, whole.end[1])
+    assert [found["ankle"], found["hip"]] == whole.peak_torque.tolist()
     assert math.isnan(cells.cost_after(whole, "absolute", 8))
     assert math.isnan(found["absolute_20"])
     assert (found["steps"], found["absolute_end"]) == (7, cells.cost_after(whole, "absolute"))
