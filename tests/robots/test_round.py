@@ -95,6 +95,15 @@ def test_the_steady_rate_is_the_textbooks() -> None:
         assert rate_after(robot, steady) == pytest.approx(steady, rel=1e-14)
 
 
+def test_a_wheel_turns_round_and_its_spokes_stand_again() -> None:
+    wheel = mjbiped.RimlessWheel()
+    ground, law = mjbiped.Terrain.incline(5.0), PassiveController()
+    for engine in ("hybrid", "mujoco"):
+        walk = mjbiped.walk(law, ground, robot=wheel, engine=engine, steps=wheel.spokes + 2)
+        assert (walk.outcome, walk.steps) == ("finished", wheel.spokes + 2)
+        assert np.abs(walk.samples["q"]).max() == pytest.approx(math.pi / wheel.spokes, abs=1e-4), engine
+
+
 def test_steady_rolling_is_a_gait() -> None:
     """Its period is that of the pendulum between two impacts, its multiplier that of the rate."""
     gait = find_rolling(ODD, WHEEL_SLOPE)
