@@ -14,7 +14,6 @@ def packed(page: str) -> dict[str, Any]:
     found = re.search(r'id="data-packed">([^<]*)<', page)
     assert found
     content: dict[str, Any] = json.loads(
-        gzip.decompress(base64.b64decode(found[1])),
-        parse_constant=lambda name: pytest.fail(f"{name} is not JSON"),
+        gzip.decompress(base64.b64decode(found[1])), parse_constant=lambda name: pytest.fail(f"{name} is not JSON")
     )
     return content

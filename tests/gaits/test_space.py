@@ -16,14 +16,10 @@ from mjbiped.gaits.space import step
 from mjbiped.robots.in_space import InSpace, pull_of
 
 
-@pytest.mark.parametrize(
-    ("kind", "moduli"),
-    [pytest.param("compass3d", [17.678, 1.322], marks=pytest.mark.slow), ("kneed3d", [8.168, 0.6444])],
-)
-def test_a_gait_is_found_and_drawn_on_the_command_line(kind: str, moduli: list[float], tmp_path: Path) -> None:
-    told = ran("gait", "--robot", kind, "--slope-deg", "3", "--plot", str(tmp_path / "gait.png"), "--json")
+def test_a_gait_is_found_and_drawn_on_the_command_line(tmp_path: Path) -> None:
+    told = ran("gait", "--robot", "kneed3d", "--slope-deg", "3", "--plot", str(tmp_path / "gait.png"), "--json")
     assert (tmp_path / "gait.png").stat().st_size > 10_000
-    for modulus in moduli:
+    for modulus in (8.168, 0.6444):
         assert f'"modulus": {modulus:.3f}'[:15] in told
 
 

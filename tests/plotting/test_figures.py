@@ -94,16 +94,9 @@ def test_the_cost_of_transport_is_never_broken(words: list[str]) -> None:
             assert all(len(line.replace(C_MT, "cmt")) <= width().letters() for line in lines)
 
 
-@pytest.mark.parametrize(
-    ("suffix", "start"),
-    [
-        pytest.param(".png", b"\x89PNG", marks=pytest.mark.slow),
-        (".pdf", b"%PDF"),
-        pytest.param(".svg", b"<?xml", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("suffix", [".pdf", *(pytest.param(name, marks=pytest.mark.slow) for name in (".png", ".svg"))])
 def test_same_figure_same_file(
-    walk: mjbiped.Walk, suffix: str, start: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    walk: mjbiped.Walk, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also where matplotlib's layout solver took its equations in another order, as it does from run to run."""
     laid_out, rounding = ConstrainedLayoutEngine.execute, np.random.default_rng(0)
@@ -124,7 +117,7 @@ def test_same_figure_same_file(
     monkeypatch.setattr(ConstrainedLayoutEngine, "execute", execute)
     plot_walk(walk, paths[1])
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].read_bytes().startswith(start)
+    assert paths[0].read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[suffix])
     assert b"Date" not in paths[0].read_bytes()
 
 

@@ -80,15 +80,7 @@ LAWS = (EnergyConstraintController, KineticEnergyController, LimitCycleControlle
 
 # ---- nonsense is refused everywhere ----------------------------------------------------------------------------------
 
-NONSENSE: tuple[object, ...] = (
-    math.nan,
-    10**5000,
-    Decimal("1e400"),
-    "x",
-    True,
-    [[1.0, 2.0]] * 3,
-    np.array(["a"]),
-)
+NONSENSE: tuple[object, ...] = (math.nan, 10**5000, Decimal("1e400"), "x", True, [[1.0, 2.0]] * 3, np.array(["a"]))
 OPTIONAL = {"leg_inertia", "replanning_delay", "first", "steps", "distance", "control_period", "sample_period", "robot"}
 OPTIONAL |= {"scuffing", "mujoco", "hybrid", "workers", "threads", "stance_rates", "swing_rates"}
 OPTIONAL |= {"disturbances", "torque_limit", "motor_bandwidth", "push_interval", "friction", "sole", "surface"}
