@@ -19,7 +19,7 @@ from mjbiped.gaits import store
 from mjbiped.gaits.cycle import glide
 from mjbiped.gaits.gait import Gait
 from mjbiped.gaits.kneed import EARLY, ON
-from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces, motion_at
+from mjbiped.gaits.reference import PIECES, RATE, Table, beside, in_pieces
 from mjbiped.robots.in_space import InSpace, pull_of
 from mjbiped.robots.space import Array, joined
 
@@ -107,9 +107,7 @@ class _Roll:
 
     def at(self, t: float, *, bent: bool) -> tuple[Array, Array, Array]:
         """Pitch angles, rates and accelerations of the legs, with the bent or the straight knee."""
-        table = self.legs.tables[0 if bent or self.legs.knee_strike is None else 1]
-        q, dq, ddq = np.reshape(motion_at(table, t), (3, -1))
-        return q, dq, ddq
+        return self.legs.branch(t, bent=bent or self.legs.knee_strike is None)
 
     def moved(self, start: Array, since: float, until: float, *, bent: bool) -> Any:
         """Roll (rad) and its rate (rad/s) from one time to another, as a function of time."""

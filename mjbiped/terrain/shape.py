@@ -68,7 +68,7 @@ class Shape:
         return segment_under(self.profile, x)
 
     def height_at(self, x: float, y: float = 0.0) -> float:
-        """Return the height (m) at x, y (m): `height` for one plain float, without NumPy; NaN gives NaN."""
+        """Return the height (m) at x, y (m): `height` for one plain float; NaN gives NaN."""
         return float(self.across(x, y))
 
     def across(self, x: float, y: Numbers) -> Numbers:

@@ -7,6 +7,9 @@ smaller, and kept where the law gets better. The table lists each trial; trials 
 end the first and the best gains walk on forty grounds that the search has not seen.
 
     python -m scripts.studies.placement_gains --table docs/tables/three_dimensions/placement_gains.csv
+
+With `--sole-share 0 --factor 1.2` and a `--start` for each gain of `scripts.studies.three_d_study.ALONE` the search is
+that of the rival.
 """
 
 from __future__ import annotations

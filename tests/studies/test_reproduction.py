@@ -153,9 +153,8 @@ def test_tracking_errors_are_those_at_the_touchdowns(controller: AdaptiveControl
     z2 = start[2:] - walk.touchdowns["dq"][:-1] + controller.position_gain * z1
     # from rest both legs are upright; the first sample is up to 5 ms later
     assert found["trace_z1"] >= 0.95 * math.degrees(max(np.abs(z1).max(), np.abs(start[:2]).max()))
-    assert found["trace_z1"] <= math.degrees(
-        found["trace_z2"] / controller.position_gain
-    )  # by (9), d/dt z1 = z2 - K1 z1
+    # by (9), d/dt z1 = z2 - K1 z1
+    assert found["trace_z1"] <= math.degrees(found["trace_z2"] / controller.position_gain)
     assert found["trace_z2"] >= np.abs(z2).max() * 0.9
     assert not {"trace_straight", "trace_bent"} & set(found)  # which steps follow the gait, no plan says
 
