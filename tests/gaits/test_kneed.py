@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+import golden_numbers
 import numpy as np
 import pytest
 
@@ -48,6 +49,7 @@ def test_the_gait_of_light_shanks(gait: KneedGait) -> None:
     assert gait.clearance == pytest.approx(0.026, abs=5e-4)
     assert gait.step_length == pytest.approx(2 * math.sin(0.24448), abs=2e-5)
     assert gait.stable
+    golden_numbers.check("gait with knees")
 
 
 def test_the_halved_rods_walk_too(rods: KneedGait) -> None:

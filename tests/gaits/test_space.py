@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import golden_numbers
 import numpy as np
 import pytest
 from command_line import ran
@@ -21,6 +22,7 @@ def test_a_gait_is_found_and_drawn_on_the_command_line(tmp_path: Path) -> None:
     assert (tmp_path / "gait.png").stat().st_size > 10_000
     for modulus in (8.168, 0.6444):
         assert f'"modulus": {modulus:.3f}'[:15] in told
+    golden_numbers.check("gait in space with knees")
 
 
 @pytest.mark.parametrize(
