@@ -13,11 +13,13 @@ from .gaits.passive import PassiveGait, find_passive_gait
 from .gaits.space import find_gait_in_space
 from .limit_cycles.basin import basin_of_attraction, basin_of_control
 from .limit_cycles.bifurcation import bifurcation_diagram, find_cascade
+from .limit_cycles.lateral import lateral_basin
 from .limit_cycles.periodic import find_periodic_gait
 from .limit_cycles.return_map import ReturnMap
 from .plotting.comparison import plot_comparison, plot_stability, plot_survival
 from .plotting.gait import plot_gait
 from .plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
+from .plotting.lateral import plot_lateral_basins
 from .records.record import Walk
 from .rendering.video import render_frame, render_video
 from .robots.compass import Compass
@@ -77,10 +79,12 @@ __all__ = [
     "find_passive_gait",
     "find_periodic_gait",
     "find_reference",
+    "lateral_basin",
     "plot_basins",
     "plot_bifurcation",
     "plot_comparison",
     "plot_gait",
+    "plot_lateral_basins",
     "plot_multipliers",
     "plot_return_map",
     "plot_stability",

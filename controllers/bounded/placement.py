@@ -54,10 +54,10 @@ class PlacementController(SidewaysController):
 
     def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways:
         """Lead the divergent component back as far as the sole is wide, and place the next foot by the rest."""
-        robot, away = self.robot, self._away(memory, t, linkage, q, dq)
-        held, growth = min(max(away, -self._half), self._half), math.exp(self.frequency * self.lead)
+        robot, away = self.robot, self._away(memory, t, q, dq)
+        held, growth = min(max(away, -self._half), self._half), math.exp(robot.falling * self.lead)
         coming = (away - held) * growth + held * growth**-self.capture_gain
-        timing = self._imitated(memory, t + self.lead, linkage) - self._imitated(memory, self.gait.period, linkage)
+        timing = self._imitated(memory, t + self.lead) - self._imitated(memory, self.gait.period)
         apart = robot.hip_width + self.margin + self.placement_gain * coming + self.timing_share * timing
         target = (min(max(apart, self.closest), self.farthest) - robot.hip_width) / robot.leg_length
         return Sideways(
@@ -74,10 +74,9 @@ class PlacementController(SidewaysController):
     @cached_property
     def _of_gait(self) -> Array:
         """The gait's divergent component at `_TIMES`, m."""
-        upright, memory = self.robot.in_space[len(self.robot.angles) - 1], [0.0] * self.memory_size
-        motions = (self.imitated(memory, t) for t in self.gait.period * _TIMES)
-        return np.array([self._component(upright, q, dq, 0.0) for q, dq, _ in motions])
+        memory = [0.0] * self.memory_size
+        return np.array([super(PlacementController, self)._imitated(memory, t) for t in self.gait.period * _TIMES])
 
-    def _imitated(self, memory: Memory, t: float, linkage: SpatialLinkage) -> float:
+    def _imitated(self, memory: Memory, t: float) -> float:
         """The divergent component of the gait at time t of the step, m."""
         return float(np.interp(t / self.gait.period, _TIMES, self._of_gait))

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -37,16 +36,9 @@ class SidewaysController(SpatialController):
     capture_gain: Annotated[float, Domain(0.0, 1e3)] = 1.5
     lateral_gain: Annotated[float, Domain(0.0, 1e3, "1/(m s)")] = 1.0
 
-    @cached_property
-    def frequency(self) -> float:
-        """Omega, at which an upright robot falls to the side, 1/s."""
-        upright = self.robot.in_space[2]
-        inertia = upright.mass_matrix(np.zeros(3))[-1, -1]
-        return math.sqrt(upright.gravity * upright.moments.sum() / inertia)
-
     def _led_sideways(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> Sideways:
         """Lead the divergent component back to the gait's, as far as the sole is wide."""
-        away = self._away(memory, t, linkage, q, dq)
+        away = self._away(memory, t, q, dq)
         return Sideways(self._moment(linkage, away), self.lateral_gain * away)
 
     @property
@@ -59,23 +51,12 @@ class SidewaysController(SpatialController):
         pressure = min(max((1.0 + self.capture_gain) * away, -self._half), self._half)
         return float(linkage.gravity * linkage.masses.sum() * pressure)
 
-    def _away(self, memory: Memory, t: float, linkage: SpatialLinkage, q: Array, dq: Array) -> float:
+    def _away(self, memory: Memory, t: float, q: Array, dq: Array) -> float:
         """How far the divergent component is from the gait's, m towards the swing side; see `_led_sideways`."""
-        return self._component(linkage, q, dq, self.lateral_estimate(memory)) - self._imitated(memory, t, linkage)
+        fallen = np.append(q[:-1], q[-1] - self.lateral_estimate(memory))
+        return self.robot.divergent_component(fallen, dq) - self._imitated(memory, t)
 
-    def _imitated(self, memory: Memory, t: float, linkage: SpatialLinkage) -> float:
+    def _imitated(self, memory: Memory, t: float) -> float:
         """The divergent component of the gait at time t of the step, m."""
         q, dq, _ = self.imitated(memory, t)
-        return self._component(linkage, q, dq, 0.0)
-
-    def _component(self, linkage: SpatialLinkage, q: Array, dq: Array, fall: float) -> float:
-        """Divergent component of the centre of mass across the heading, m towards the swing side from the stance foot.
-
-        Args:
-            linkage: The robot's.
-            q: Angles, rad.
-            dq: Rates, rad/s.
-            fall: By how much the ground falls to the swing side, rad.
-        """
-        y, rate = linkage.moment_across(np.append(q[:-1], q[-1] - fall), dq)
-        return float((y + rate / self.frequency) / linkage.masses.sum())
+        return self.robot.divergent_component(q, dq)

@@ -33,6 +33,7 @@ _COMMANDS = {
         "walks": "walk compare render view",
         "gaits": "gait reference stability",
         "maps": "return-map bifurcation basin",
+        "lateral": "lateral-basin",
         "export": "export report figures",
         "studies": "sweep robustness reproduce compile",
     }.items()

@@ -20,6 +20,7 @@ from mjbiped.cli.walkers import controller_of, robot_of, scuffing_of
 from mjbiped.control.loading import FORMS
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.records.arrays import write_arrays
+from mjbiped.robots.in_space import InSpace
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:
@@ -53,20 +54,20 @@ class Computed(Plotted):
 def return_map(
     *,
     slope_deg: Annotated[float, domains.SLOPE_DEG] = 2.0,
-    points: Annotated[int, domains.SLOPES] = 400,
+    points: Annotated[int | None, domains.SLOPES] = None,
     steps: Annotated[int, domains.MAP_STEPS] = 40,
     chosen: Annotated[Given, options.MAP_ROBOT],
     results: Computed,
 ) -> None:
     """Show how a step of the passive robot maps the state after an impact onto the next one.
 
-    The figure plots the legs' angle and rates after a step over their values before the step. The gait is the point
-    where the map meets the diagonal. The figure also has the gait's multipliers, and a walk that begins 2 % off the
-    gait.
+    The figure plots the legs' angle and rates, in space the roll's too, after a step over their values before the step.
+    The gait is the point where the map meets the diagonal. The figure also has the gait's multipliers, and a walk that
+    begins 2 % off the gait.
 
     Map:
         slope_deg: Slope of the plane, positive downhill.
-        points: Number of steps in each slice of the map.
+        points: Number of steps in each slice of the map; 400, or 40 in space, where a step takes 0.05 s.
         steps: Number of steps of the walk.
 
     \b
@@ -75,10 +76,12 @@ def return_map(
       mjbiped return-map --slope-deg 3.2 --steps 200 --plot doubled.png
       mjbiped return-map --robot kneed --slope-deg 2.5 --out map.npz
       mjbiped return-map --robot wheel --slope-deg 5 --plot wheel.png
+      mjbiped return-map --robot compass3d --plot space.png
     """  # noqa: D301 (click reads the backspace)
     from mjbiped.limit_cycles.map_slices import map_slices
 
     robot, rule = robot_of(chosen), scuffing_of(chosen)
+    points = points or (40 if isinstance(robot, InSpace) else 400)
     found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=rule)
     results.keep(found, "components", "fixed_point", "before", "after", "walk")
     results.draw("gaits:plot_return_map", found)

@@ -198,7 +198,7 @@ def make_plan(
 def _numbers_of(robot: Robot) -> str:
     """Describe the numbers of an initial state in words, for messages."""
     names = [f"{kind}{k + 1}" for kind in ("q", "dq") for k in range(len(robot.angles))]
-    return f"{ {2: 'two', 4: 'four', 6: 'six'}[len(names)] } numbers {', '.join(names)}"
+    return f"{ {2: 'two', 4: 'four', 6: 'six', 8: 'eight'}[len(names)] } numbers {', '.join(names)}"
 
 
 def _first_state(

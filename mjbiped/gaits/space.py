@@ -66,9 +66,8 @@ def _search(robot: InSpace, slope: float) -> dict[str, Any]:
     flat: Any = robot.planar
     planar = find_kneed_gait(flat, slope) if "knee" in flat.joints else find_passive_gait(flat, slope)
     q1, rates, half = planar.start[0], planar.start[[len(planar.start) // 2, len(planar.start) // 2 + 1]], 0.5
-    upright = robot.in_space[2]
-    falling = math.sqrt(upright.gravity * upright.moments.sum() / upright.mass_matrix(np.zeros(3))[-1, -1])
-    roll_rate = half * robot.hip_width * falling * math.tanh(half * falling * planar.period) / robot.leg_length
+    roll_rate = half * robot.hip_width * robot.falling * math.tanh(half * robot.falling * planar.period)
+    roll_rate /= robot.leg_length
     for shares in _SHARES:
         places = np.array([q1, 0.0, *rates, shares[0] * roll_rate])
         for number, share in enumerate(shares):
@@ -169,6 +168,12 @@ def start_of(linkage: SpatialLinkage, places: Array) -> Array:
     q1, roll, *rates = places.tolist()
     cosine = math.cos(q1) + linkage.width * math.tan(roll) / linkage.foot[0]
     return np.array([q1, math.acos(max(-1.0, min(1.0, cosine))), roll, *rates])
+
+
+def places_of_start(robot: InSpace, start: Array) -> Array:
+    """The places (q_1, roll, dq_1, dq_2, droll) of a state of all angles and rates just after a touchdown."""
+    q, dq = (robot.straightened(part) for part in np.split(start, 2))
+    return np.array([q[0], q[2], *dq])
 
 
 def free_motion(linkage: SpatialLinkage, pull: Array) -> Motion:

@@ -7,10 +7,12 @@ the legs is the gait's, and the rates of the two legs form a grid. The gait lies
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +41,9 @@ SETTLED = 1e-3
 _TRANSIENT, _ATTRACTOR = 2000, 64  # steps until the passive robot has reached its attractor, and steps on it
 _RATES = 300  # default number of rates of either leg
 _FIRST_LOOK = 2  # steps; most controlled walks have settled after one
+
+
+Map = TypeVar("Map")  # a basin's map
 
 
 class Fate(IntEnum):
@@ -100,20 +105,21 @@ class BasinInterrupted(KeyboardInterrupt):
     """A map interrupted by Ctrl-C, with the rows computed so far.
 
     Attributes:
-        basin: The map so far, undecided where nothing was computed.
+        basin: The map so far, a `Basin` undecided where nothing was computed, or a
+            `mjbiped.limit_cycles.lateral.LateralBasin`.
     """
 
-    basin: Basin
+    basin: Any
 
 
 class BasinStopped(MjbipedError):  # noqa: N818 (as its sister)
     """A map stopped by an error in the controller, with the rows computed so far.
 
     Attributes:
-        basin: The map so far, undecided where nothing was computed.
+        basin: As of `BasinInterrupted`.
     """
 
-    basin: Basin
+    basin: Any
 
 
 def basin_of_attraction(
@@ -169,7 +175,7 @@ def basin_of_attraction(
         basin.steps[number] = batch.counts
         basin.fates[number] = [_FATES[outcome] for outcome in batch.outcomes.tolist()]
 
-    return _filled(basin, row, threads, progress)
+    return filled(basin, row, len(basin.swing_rates), threads, progress)
 
 
 def basin_of_control(
@@ -224,23 +230,34 @@ def basin_of_control(
         rate2 = float(basin.swing_rates[number])
         for column, rate1 in enumerate(basin.stance_rates.tolist()):
             dq = (rate1, *(rate2,) * (len(plan.q) - 1))
-            try:
+            with blaming(controller, f"the rates {rate1:.4g} and {rate2:.4g} rad/s"):
                 for steps in sorted({min(_FIRST_LOOK, limit), limit}):
                     run = engine.start(replace(plan, dq=dq, terms=replace(terms, steps=steps)))
                     walked, fate = _walk_controlled(run, gait.start, near)
                     if fate is not Fate.UNDECIDED:
                         break
-            except LawError:
-                raise
-            except Exception as error:
-                raise BasinStopped(
-                    f"{type(controller).__name__} failed in the walk from the rates {rate1:.4g} and {rate2:.4g} rad/s: "
-                    f"{explained(error)}{place_of(error, type(controller))}"
-                ) from error
             basin.steps[number, column], basin.fates[number, column] = walked, fate
             basin.peak_torque[number, column] = run.peak_torque().max()
 
-    return _filled(basin, row, threads, progress)
+    return filled(basin, row, len(basin.swing_rates), threads, progress)
+
+
+@contextmanager
+def blaming(controller: Controller, start: str) -> Iterator[None]:
+    """Say of an exception of a controller's own from which start it came.
+
+    Raises:
+        BasinStopped: The controller raised one.
+    """
+    try:
+        yield
+    except LawError:
+        raise
+    except Exception as error:
+        raise BasinStopped(
+            f"{type(controller).__name__} failed in the walk from {start}: "
+            f"{explained(error)}{place_of(error, type(controller))}"
+        ) from error
 
 
 def _walk_controlled(run: Run, goal: Array, near: Array) -> tuple[int, Fate]:
@@ -264,7 +281,8 @@ def _empty(
     """
     limit = domains.LIMIT.check("limit", limit)
     stance, swing = rates_around(start, _RATES)
-    columns, rows = _rates("stance_rates", stance_rates, stance), _rates("swing_rates", swing_rates, swing)
+    columns = ascending("stance_rates", stance_rates, stance, domains.RATE)
+    rows = ascending("swing_rates", swing_rates, swing, domains.RATE)
     shape = (len(rows), len(columns))
     fates, steps = np.full(shape, Fate.UNDECIDED, dtype=np.int8), np.zeros(shape, dtype=np.int16)
     return Basin(slope, start.copy(), columns, rows, fates, steps, np.zeros(shape), limit, walker)
@@ -290,12 +308,12 @@ def rates_around(start: Array, count: int, width: float = 1.0) -> tuple[Array, A
     )
 
 
-def _rates(name: str, given: ArrayLike | None, usual: Array) -> Array:
-    """Check the initial rates of a leg that are given; the usual ones unless given."""
-    rates = usual if given is None else domains.RATE.array(name, given, (None,))
-    if not 1 <= len(rates) <= domains.GRID.high or (np.diff(rates) <= 0.0).any():
-        raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(rates)}")
-    return rates
+def ascending(name: str, given: ArrayLike | None, usual: Array, domain: domains.Domain) -> Array:
+    """Check the numbers along a side of a map, each within a domain; the usual ones unless given."""
+    numbers = usual if given is None else domain.array(name, given, (None,))
+    if not 1 <= len(numbers) <= domains.GRID.high or (np.diff(numbers) <= 0.0).any():
+        raise InputError(f"{name}: expected 1 to {domains.GRID.high} numbers that ascend, got {len(numbers)}")
+    return numbers
 
 
 def _nearness(robot: Robot) -> Array:
@@ -304,18 +322,24 @@ def _nearness(robot: Robot) -> Array:
     return SETTLED * np.repeat([1.0, frequency], angles)
 
 
-def _filled(basin: Basin, row: Callable[[int], None], threads: int, progress: bool) -> Basin:
+def filled(basin: Map, row: Callable[[int], None], count: int, threads: int, progress: bool) -> Map:
     """Compute all rows of a map in threads.
+
+    Args:
+        basin: The map.
+        row: Function that fills in a row of it.
+        count: Number of rows.
+        threads: Number of threads.
+        progress: Whether to show a progress bar.
 
     Raises:
         BasinInterrupted: Ctrl-C.
         BasinStopped: The controller raised an exception.
     """
-    rows = range(len(basin.swing_rates))
     with ThreadPoolExecutor(threads) as pool:
         try:
-            futures = [pool.submit(row, number) for number in rows]
-            for future in progress_bar(as_completed(futures), total=len(rows), desc="rows", progress=progress):
+            futures = [pool.submit(row, number) for number in range(count)]
+            for future in progress_bar(as_completed(futures), total=count, desc="rows", progress=progress):
                 future.result()
         except BaseException as error:
             pool.shutdown(cancel_futures=True)

@@ -213,15 +213,15 @@ def walk_all(
 
 @lru_cache(maxsize=4096)
 def check_planar(robot: Robot) -> None:
-    """Refuse a robot in space, whose steps are not mapped.
+    """Refuse a robot in space, whose steps the planar engine does not make.
 
     Raises:
         InputError: It is one.
     """
     if "hip_y" in robot.places:
         raise InputError(
-            f"return maps, bifurcations and basins are of planar robots, and a {type(robot).__name__} moves in space: "
-            f"its passive gait and multipliers are told by `mjbiped gait --robot {robot.kind}`"
+            f"passive walks and bifurcations are mapped of planar robots, and a {type(robot).__name__} moves in space: "
+            f"mjbiped return-map --robot {robot.kind} shows its passive steps, and mjbiped lateral-basin its walks"
         )
 
 

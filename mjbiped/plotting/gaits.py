@@ -253,8 +253,8 @@ def plot_return_map(slices: MapSlices, path: str | Path | None = None) -> Figure
         figure.set_figheight(0.4 + 3.3 * lines + head(figure, text))
         *places, last = (figure.add_subplot(lines, across, k) for k in range(1, panels + 1))
         for k, axes in enumerate(places):
-            _draw_slice(axes, "abc"[k], slices, k)
-        draw_multipliers(last, "abcd"[panels - 1], gait)
+            _draw_slice(axes, "abcde"[k], slices, k)
+        draw_multipliers(last, "abcdef"[panels - 1], gait)
         legend_below(figure, *places[0].get_legend_handles_labels())
     return figure
 

@@ -100,6 +100,27 @@ class InSpace(Robot):
     def _linkage(self, q: Array) -> SpatialLinkage:
         return self.in_space[len(q) - 1]
 
+    @cached_property
+    def falling(self) -> float:
+        """Omega, at which an upright robot falls to the side, 1/s."""
+        upright = self.in_space[2]
+        inertia = upright.mass_matrix(np.zeros(3))[-1, -1]
+        return float(np.sqrt(upright.gravity * upright.moments.sum() / inertia))
+
+    def divergent_component(self, q: Array, dq: Array) -> float:
+        """Divergent component y + dy / omega of the centre of mass across the heading, m.
+
+        Args:
+            q: Angles, rad.
+            dq: Rates, rad/s.
+
+        Returns:
+            The component from the stance foot towards the swing side.
+        """
+        linkage = self._linkage(q)
+        y, rate = linkage.moment_across(q, dq)
+        return float((y + rate / self.falling) / linkage.masses.sum())
+
     def mass_matrix(self, q: ArrayLike) -> Array:
         """M(q), shape (n, n), kg m^2, for pitch angles and roll, rad."""
         angles = np.asarray(q, dtype=np.float64)

@@ -394,6 +394,8 @@ RATE = Domain(-1e9, 1e9, "rad/s")
 STATE = Domain(min(ANGLE.low, RATE.low), max(ANGLE.high, RATE.high), "rad or rad/s")
 SLOPE = Domain(-1.57, 1.57, "rad")
 SLOPE_DEG = Domain(-89.95, 89.95, "degrees")
+ROLL = Domain(-0.5, 0.5, "rad")
+ROLL_DEG = Domain(-28.6, 28.6, "degrees")
 DOWNHILL = Domain(1e-12, SLOPE.high, "rad")
 TIME = Domain(0.0, 1e9, "s")
 

@@ -14,7 +14,7 @@ from mjbiped.viewing import KEYS
 
 NAMES_OF_COMMANDS = [
     "walk", "compare", "render", "view", "gait", "reference", "stability", "return-map", "bifurcation", "basin",
-    "export", "report", "figures", "sweep", "robustness", "reproduce", "compile",
+    "lateral-basin", "export", "report", "figures", "sweep", "robustness", "reproduce", "compile",
 ]  # fmt: skip
 COMMANDS: Mapping[str, click.Command] = main.commands
 

@@ -46,6 +46,22 @@ def bodies_of(robot: InSpace) -> list[tuple[float, list[tuple[int, float]], floa
 
 
 @pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
+def test_divergent_component_is_that_of_the_centre_of_mass(robot: InSpace) -> None:
+    """Its place and rate by the places of the bodies, its pace by how fast an upright robot falls to the side."""
+    q, dq = (each[-len(robot.angles) :] for each in drawn(robot, 2))
+    still, level = np.zeros(3), pull_of(0.0)
+    left, right = (robot.in_space[2].accelerations(still, np.array([0, 0, x]), still, level) for x in (-1e-5, 1e-5))
+    assert robot.falling**2 == pytest.approx((right - left)[-1] / 2e-5, rel=1e-8)
+
+    def aside(t: float) -> float:  # from the left foot to the right
+        centre = robot.centre_in_space(robot.posture((0.0, 0.0), 0, q + t * dq))
+        return float(0.5 * robot.hip_width - centre[1])
+
+    expected = aside(0.0) + (aside(1e-6) - aside(-1e-6)) / 2e-6 / robot.falling
+    assert robot.divergent_component(q, dq) == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("robot", [*ROBOTS, ABDUCTING], ids=lambda robot: robot.kind)
 def test_equations_are_lagrange_s(robot: InSpace) -> None:
     """SymPy derives them from the places of the bodies and their angular velocities, by rotation matrices."""
     q, dq = drawn(robot, 1)
