@@ -13,6 +13,8 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from engines.conformance.cases import QUICK, name_of, walk_of
+from golden_walks import Case
 
 import mjbiped
 import mjbiped.envs  # which gymnasium then knows
@@ -118,6 +120,16 @@ def gait(found: Any) -> Sums:
     return {name: sums(value) for name, value in sorted(told.items()) if isinstance(value, float | np.ndarray)}
 
 
+def measures(case: Case) -> Sums:
+    """What is told of a whole walk."""
+    walk = walk_of(case)
+    told = json.loads(json.dumps(dict(walk.summary()), default=str))
+    flat = [each for value in told.values() for each in (value.values() if isinstance(value, dict) else [value])]
+    numbers = [float(each) for each in flat if isinstance(each, int | float)]
+    found = {"summary": sums(numbers), "peaks": sums(walk.peak_torque)}
+    return found if "kneed" in case.robot else {**found, "pressure": sums(walk.pressure_times)}
+
+
 CASES: Mapping[str, Callable[[], Sums]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
     **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many")},
@@ -131,19 +143,24 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     "gait with knees": lambda: gait(mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))),
     "gait in space with knees": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Kneed3D(), math.radians(3.0))),
     "gait in space": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Compass3D(), math.radians(2.0))),
+    **{f"walk {name_of(case)}": partial(measures, case) for case in QUICK},
     "optimised gait": lambda: gait(mjbiped.find_reference(mjbiped.Compass(), clearance=0.06)),
 }
 
-ELSEWHERE = ("gait with knees", "gait in space with knees")
-"""Cases that tests check which find these gaits anyway."""
+ELSEWHERE = [
+    name for name in CASES if name.startswith("walk ") or (name.startswith("gait") and name.endswith("with knees"))
+]
+"""Cases that tests check which make these walks, and find these gaits, anyway."""
 
 
 def check(case: str) -> None:
     """The sums of a case are what they were.
 
-    Within rounding; what follows from a search for a gait within the search's tolerance, grown by a walk.
+    Scenes and references to rounding. Walks to a hundred times what the linear algebra of three kinds of processors
+    has shown; with knees the search for a gait ends elsewhere on each, and peaks within a step move by 2e-4.
     """
-    found, close = CASES[case](), 1e-9 if case.startswith(("scene", "reference")) else 1e-6
+    close = 1e-9 if case.startswith(("scene", "reference")) else 1e-3 if case.startswith("walk kneed") else 1e-6
+    found = CASES[case]()
     wanted = json.loads(FILE.read_text())[case]
     assert found.keys() == wanted.keys()
     for name, numbers in found.items():

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import golden_numbers
 import golden_walks
 import numpy as np
 import pytest
-from engines.conformance.cases import QUICK, parametrised, walk_of
+from engines.conformance.cases import QUICK, name_of, parametrised, walk_of
 from golden_walks import CASES, STEPS, Case
 
 import mjbiped
@@ -45,6 +46,7 @@ def check(case: Case, walk: mjbiped.Walk) -> None:
 @parametrised(QUICK)
 def test_a_walk_begins_as_it_did(case: Case) -> None:
     check(case, walk_of(case))
+    golden_numbers.check(f"walk {name_of(case)}")
 
 
 @pytest.mark.slow

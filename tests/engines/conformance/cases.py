@@ -71,9 +71,13 @@ def bodies_of(robot: str) -> FreeRobot:
     return FreeRobot(ROBOTS[robot])
 
 
+def name_of(case: Case) -> str:
+    return "-".join(map(str, case[:4]))
+
+
 def parametrised(cases: Sequence[Case]) -> pytest.MarkDecorator:
     """Each case is a test of its name."""
-    return pytest.mark.parametrize("case", [pytest.param(case, id="-".join(map(str, case[:4]))) for case in cases])
+    return pytest.mark.parametrize("case", [pytest.param(case, id=name_of(case)) for case in cases])
 
 
 BEGINS = ("qpos", "stance", "slope", "q", "dq")
