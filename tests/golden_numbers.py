@@ -141,6 +141,9 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     "environment in space": partial(environment, "Compass3D"),
     "gait": lambda: gait(mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2.0))),
     "gait with knees": lambda: gait(mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))),
+    "gait of rods with knees": lambda: gait(
+        mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
+    ),
     "gait in space with knees": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Kneed3D(), math.radians(3.0))),
     "gait in space": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Compass3D(), math.radians(2.0))),
     **{f"walk {name_of(case)}": partial(measures, case) for case in QUICK},

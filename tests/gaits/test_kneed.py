@@ -57,6 +57,7 @@ def test_the_halved_rods_walk_too(rods: KneedGait) -> None:
     found = [*rods.start[[0, 3, 4]], rods.period]
     np.testing.assert_allclose(found, [-0.265841, 1.287258, 0.685040, 0.757109], rtol=0, atol=5e-7)
     assert rods.stable
+    golden_numbers.check("gait of rods with knees")
 
 
 @pytest.mark.slow
