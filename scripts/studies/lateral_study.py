@@ -1,6 +1,7 @@
-"""Lateral basins of the compass in space on a narrow sole, with hips that abduct and without: a table and a figure.
+"""The lateral state of the compass in space: its return map, and basins on a narrow sole with two laws.
 
-Both laws lean on a sole of 24 by 8 cm, on level ground, in the hybrid engine, for ten steps: ten minutes of two cores.
+Both laws lean on a sole of 24 by 8 cm, and one of them places the next foot by the hips' abduction; on level ground, in
+the hybrid engine, for ten steps: ten minutes of two cores.
 
     python -m scripts.studies.lateral_study
 """
@@ -17,6 +18,8 @@ import numpy as np
 import mjbiped
 from mjbiped.control.registry import make_controller
 from mjbiped.limit_cycles.lateral import LateralBasin
+from mjbiped.limit_cycles.map_slices import map_slices
+from mjbiped.plotting.style import make_small
 from mjbiped.utils.parallel import processes
 from scripts.studies.three_d_study import WALKERS
 
@@ -33,12 +36,16 @@ def basin_of(walker: str) -> LateralBasin:
 
 @click.command(help=__doc__)
 @click.option("--table", type=click.Path(path_type=Path), default=TABLE)
-@click.option("--figure", type=click.Path(path_type=Path), default=Path("docs/images/lateral_basin.png"))
-def main(table: Path, figure: Path) -> None:
-    """Walk from all starts of both."""
+@click.option("--images", type=click.Path(path_type=Path), default=Path("docs/images"))
+def main(table: Path, images: Path) -> None:
+    """Draw the map, and walk from all starts of both."""
+    slices = map_slices(mjbiped.Compass3D(), math.radians(2.0), points=40)
+    mjbiped.plot_return_map(slices, images / "return_map_space.png")
     with processes(len(WALKED)) as pool:
         basins = list(pool.map(basin_of, WALKED))
-    mjbiped.plot_lateral_basins(basins, figure)
+    mjbiped.plot_lateral_basins(basins, images / "lateral_basin.png")
+    for name in ("return_map_space.png", "lateral_basin.png"):
+        make_small(images / name)
     with table.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["walker", "roll deg", "roll rate rad/s", "divergent component cm", "steps", "goes on"])
