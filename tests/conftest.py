@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read at NumPy's import; more threads wait busily for each other
+
 import hypothesis
 import pytest
 import stored_references

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import expm
+from threadpoolctl import threadpool_limits
 
 from mjbiped.control.tracking import AdaptiveTracking
 from mjbiped.robots import compass
@@ -95,9 +96,9 @@ def evolve(controller: AdaptiveTracking, time: Array, q: Array, dq: Array) -> Ev
     first, second = (system_matrix(controller, w) for w in at_nodes)
     width = h[:, None, None]
     exponent = width / 2 * (first + second) + math.sqrt(3.0) / 12 * width**2 * (second @ first - first @ second)
-    transitions = np.array(
-        list(itertools.accumulate(expm(exponent), lambda so_far, new: new @ so_far, initial=np.eye(SIZE)))
-    )
+    with threadpool_limits(1, "blas"):  # several threads take forty times as long for matrices as small
+        advances = expm(exponent)
+    transitions = np.array(list(itertools.accumulate(advances, lambda so_far, new: new @ so_far, initial=np.eye(SIZE))))
     gramian = (width / 2 * sum(w @ w.transpose(0, 2, 1) for w in at_nodes)).sum(axis=0)
     return Evolution(transitions, gramian)
 

@@ -35,11 +35,11 @@ MOST_ASKED = 100.0
 
 
 class Part(NamedTuple):
-    """Part of a step: its duration, the state at its end, and the states in between if they were asked for."""
+    """Part of a step: its duration, the state at its end, and what finds the states in between, by time."""
 
     duration: float
     end: Array
-    motion: Any
+    motion: Callable[[], Any]
 
 
 class Step(NamedTuple):
@@ -91,14 +91,19 @@ def glide(
     span: float,
     ends: tuple[Callable[[float, Array], float], ...] = (),
     precision: tuple[float, float] = FINE,
+    *,
+    between: bool = True,
 ) -> Any:
-    """SciPy's integration of an unpowered motion, until one of some functions falls through zero."""
+    """SciPy's integration of an unpowered motion, until one of some functions falls through zero.
+
+    The states in between take a quarter of the time, and the end is the same without them.
+    """
     events: list[Any] = list(ends)
     for event in events:
         event.terminal, event.direction = True, -1
     with np.errstate(all="ignore"):  # a start that leads nowhere
         return scipy.integrate.solve_ivp(
-            law, (0.0, span), start, "DOP853", dense_output=precision is not COARSE,
+            law, (0.0, span), start, "DOP853", dense_output=between,
             rtol=precision[0], atol=precision[0], max_step=precision[1], events=events,
         )  # fmt: skip
 
@@ -121,17 +126,18 @@ def part_of(
     def counted(t: float, state: Array) -> Sequence[float]:
         nonlocal asked
         asked += 1
-        if asked * precision[1] > MOST_ASKED or not math.isfinite(state.sum()):
+        if asked * precision[1] > MOST_ASKED or not math.isfinite(sum(state.tolist())):
             raise no_gait(slope, "the motion is too wild")
         return law(t, state)
 
     others = {"a leg turns over": lambda y: WIDEST - float(np.abs(y[: len(y) // 2]).max()), **others}
     functions = tuple((lambda _, y, f=f: float(f(y))) for f in (ends, *others.values()))
-    solution = glide(counted, start, LONGEST, functions, precision)
+    solution = glide(counted, start, LONGEST, functions, precision, between=False)
     if not solution.t_events[0].size:
         happened = [name for name, times in zip(others, solution.t_events[1:], strict=True) if times.size]
         raise no_gait(slope, happened[0] if happened else "the step does not end")
-    return Part(float(solution.t_events[0][0]), solution.y_events[0][0], solution.sol)
+    duration, end = float(solution.t_events[0][0]), solution.y_events[0][0]
+    return Part(duration, end, lambda: glide(law, start, LONGEST, functions, precision).sol)
 
 
 def step(robot: Robot, slope: float, places: Array, precision: tuple[float, float] = FINE) -> Step:

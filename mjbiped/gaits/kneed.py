@@ -141,7 +141,7 @@ def _tables(robot: KneedLegs, slope: float, walked: Step, places: Array, period:
     bent_until = min(math.ceil((strike + ON * period / unit) / width), count)
     bent = glide(free, robot.after_touchdown(places), bent_until * width).sol
     back_until = math.floor(EARLY * strike / width)
-    ahead = walked.second.motion
+    ahead = walked.second.motion()
     struck = ahead(0.0)
     back = glide(locked, struck, back_until * width - strike).sol
 

@@ -222,7 +222,7 @@ def _until(linkage: SpatialLinkage, pull: Array, start: Array, ends: Callable[[A
     Raises:
         GaitError: The function does not.
     """
-    solution = glide(free_motion(linkage, pull), start, _LONGEST, (lambda _, y: ends(y),), FINEST)
+    solution = glide(free_motion(linkage, pull), start, _LONGEST, (lambda _, y: ends(y),), FINEST, between=False)
     if not solution.t_events[0].size:
         raise GaitError("the step does not end")
     return float(solution.t_events[0][0]), solution.y_events[0][0]

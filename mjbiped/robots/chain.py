@@ -149,10 +149,13 @@ class Chain(NamedTuple):
         motion = Motion(free=n, **room())
         stand(linkage, motion)
         if motion.closed or n == 1:  # so short that plain Python will do
+            known = np.nan
 
             def moved(q: Numbers, dq: Numbers, slope: float) -> Numbers:
+                nonlocal known
                 motion.ddq[:n] = [0.0] * n
-                motion.sine, motion.cosine = sine_cosine(slope)
+                if slope != known:
+                    known, (motion.sine, motion.cosine) = slope, sine_cosine(slope)
                 accelerate(linkage, motion, q, dq)
                 return motion.ddq[:n]
 

@@ -16,11 +16,10 @@ from mjbiped.robots.robot import Array
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.py"))
-QUICK = ("first_walk", "own_controller", "own_terrain")
 PAGE = (ROOT / "docs" / "gallery.md").read_text()
 FOLDER = ROOT / "docs" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-EACH = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
+EACH = [name if name == "first_walk" else pytest.param(name, marks=pytest.mark.slow) for name in EXAMPLES]
 
 
 @pytest.mark.parametrize("name", EACH)

@@ -44,7 +44,8 @@ def execute(page: str, *, slow: bool) -> None:
             exec(compile("\n" * (block.line - 1) + block.code, page, "exec"), space)
 
 
-LONG = {"docs/environments.md", "docs/studies.md"}  # pages whose programs take more than 3 s
+LONG = {f"docs/{name}.md" for name in ("controller", "environments", "exports", "reports", "studies")}
+"""Pages whose programs take seconds."""
 
 
 @pytest.mark.parametrize(

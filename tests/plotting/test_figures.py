@@ -58,6 +58,8 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "figure 6": lambda get: plot_figure_6({delay: get("walk") for delay in (0.6, None)}),
     "table 3": lambda _: plot_table_3(WALKED),
 }
+ALIKE = {"walk", "gait", "gait with knees", "comparison of falls", "return map of a wheel"}
+"""Others have their panels."""
 NARROW = [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
 """Where letters find least room; the other widths are slow."""
 
@@ -68,7 +70,10 @@ def get(request: pytest.FixtureRequest) -> Get:
 
 
 @pytest.mark.parametrize("name", NARROW)
-@pytest.mark.parametrize("draw", FIGURES.values(), ids=FIGURES)
+@pytest.mark.parametrize(
+    "draw",
+    [pytest.param(draw, id=name, marks=pytest.mark.slow if name in ALIKE else ()) for name, draw in FIGURES.items()],
+)
 def test_figures_are_legible(draw: Callable[[Get], Figure], name: str, get: Get) -> None:
     with figure_width(name):
         assert_legible(draw(get), name)
@@ -94,7 +99,7 @@ def test_the_cost_of_transport_is_never_broken(words: list[str]) -> None:
             assert all(len(line.replace(C_MT, "cmt")) <= width().letters() for line in lines)
 
 
-@pytest.mark.parametrize("suffix", [".pdf", *(pytest.param(name, marks=pytest.mark.slow) for name in (".png", ".svg"))])
+@pytest.mark.parametrize("suffix", [".svg", *(pytest.param(name, marks=pytest.mark.slow) for name in (".pdf", ".png"))])
 def test_same_figure_same_file(
     walk: mjbiped.Walk, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ from mjbiped.studies.plan import FINISHED, Study, plan
 from mjbiped.studies.summary import best, by_value, summarised
 
 GRID = "controller = { position_gain = [2, 4, 8], velocity_gain = { from = 1, to = 4, count = 4 } }\n"
+LINE = GRID + '[plot]\nparameters = ["controller.velocity_gain"]'
 SEEDS = '[terrain]\nname = "random"\nseed = { from = 0, to = 9, count = 10 }\n'
 BASELINE = '[[controller]]\nposition_gain = [2, 4, 8]\n[[controller]]\nname = "passive"\n'
 MODEL = """
@@ -47,7 +48,7 @@ def rows_of(text: str) -> tuple[Study, list[Row]]:
     ("text", "name"),
     [
         (GRID + SEEDS, "map_controller.position_gain_controller.velocity_gain"),
-        (GRID + '[plot]\nparameters = ["controller.velocity_gain"]', "line_controller.velocity_gain"),
+        pytest.param(LINE, "line_controller.velocity_gain", marks=pytest.mark.slow),
         ('controller = { name = ["adaptive", "passivity"] }\n' + SEEDS, "groups_controller.name"),
         (SEEDS, "histograms"),
         pytest.param(MODEL, "map_model.hip_mass_model.leg_mass", marks=pytest.mark.slow),
