@@ -1,7 +1,5 @@
 """The controllers that the pages show are whole programs and files: each walks as its page says."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

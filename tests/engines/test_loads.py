@@ -1,7 +1,5 @@
 """What the ground bears: the centre of pressure stays on the sole, and steps in which it would pull are marked."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import Any

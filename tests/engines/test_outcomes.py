@@ -1,7 +1,5 @@
 """How walks end, in both engines, and what their records say then."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Numbers that must come out: of the paper, of the design and of earlier programs, in both engines."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

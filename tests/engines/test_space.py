@@ -1,7 +1,5 @@
 """Walks in space: both engines, costs, knees, soles, pushes, records, and the law's Lyapunov function."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
