@@ -1,7 +1,5 @@
 """The learned policy that is walked by name: the one that was trained, as it walked in training, in both engines."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium

@@ -1,7 +1,5 @@
 """What no law takes is refused by name; what one takes is described in JSON."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

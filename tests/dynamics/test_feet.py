@@ -1,7 +1,5 @@
 """Feet that turn about an edge, and that land on one: against the equations of free rigid bodies (`free_bodies`)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

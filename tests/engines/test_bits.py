@@ -4,8 +4,6 @@
 laws.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
@@ -48,40 +46,26 @@ def cases() -> Iterator[Any]:
                         yield pytest.param(*case, marks=mark, id="-".join(filter(None, case)))
 
 
-def everything(walk: mjbiped.Walk) -> dict[str, Any]:
-    columns = {name: table[name].tobytes() for table in (walk.samples, walk.touchdowns) for name in table}
-    ends = walk.outcome, walk.end, walk.peak_torque.tobytes(), walk.pressure_times.tobytes(), walk.settings
-    return {**columns, "ends": ends}
-
-
 @pytest.mark.parametrize(("engine", "robot", "law", "ground", "disturbed"), [*cases()])
 def test_both_ways_make_the_same_walk(
     engine: str, robot: str, law: str, ground: str, disturbed: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     controller = make_controller(law, ROBOTS[robot], {})
-    found = []
+    found: list[mjbiped.Walk | str] = []
     for way in ("never", "always"):
         monkeypatch.setenv(VARIABLE, way)
         try:
-            walk = mjbiped.walk(
-                controller,
-                GROUNDS[ground],
-                engine=engine,
-                robot=ROBOTS[robot],
-                steps=2 if robot == "footed" else 4,
-                initial="rest" if law == "passive" and "down" not in ground else "gait",
-                disturbances=DISTURBED if disturbed else None,
+            found.append(
+                mjbiped.walk(
+                    controller,
+                    GROUNDS[ground],
+                    engine=engine,
+                    robot=ROBOTS[robot],
+                    steps=2 if robot == "footed" else 4,
+                    initial="rest" if law == "passive" and "down" not in ground else "gait",
+                    disturbances=DISTURBED if disturbed else None,
+                )
             )
         except mjbiped.MjbipedError as error:  # such as no gait on this ground
-            found.append({"error": str(error)})
-        else:
-            found.append(everything(walk))
+            found.append(str(error))
     assert found[0] == found[1]
-
-
-def test_again_it_is_the_same_walk() -> None:
-    """And in threads."""
-    for engine in ("hybrid", "mujoco"):
-        law, ground = make_controller("adaptive", ROBOTS["kneed"], {}), GROUNDS["3 up"]
-        first = mjbiped.walk(law, ground, engine=engine, steps=1)
-        assert mjbiped.walk_many([law] * 3, ground, engine=engine, steps=1, workers=2) == [first] * 3

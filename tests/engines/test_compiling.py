@@ -1,7 +1,5 @@
 """Which walks are interpreted and which compile, and that nothing in a walk tells which way it ran."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Walks are what they were before the house was built anew; `python tests/golden_walks.py` made them."""
 
-from __future__ import annotations
-
 import golden_numbers
 import golden_walks
 import numpy as np

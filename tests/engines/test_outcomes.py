@@ -1,7 +1,5 @@
 """How walks end, in both engines, and what their records say then."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import Controller, Memory, PassiveController
 from mjbiped import Terrain
 
 BOTH = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
@@ -95,15 +93,3 @@ def test_a_foot_of_mujoco_that_slides_under_a_step_has_diverged() -> None:
     assert (walk.outcome, walk.end[0] < 0.1) == ("diverged", True)
     assert x.min() < -0.01 < x[-1]
     assert z[-1] < -0.02  # of a leg's length
-
-
-@BOTH
-def test_samples_change_no_result(engine: str, controller: AdaptiveController) -> None:
-    often, rarely = (
-        mjbiped.walk(controller, Terrain.level(), engine=engine, steps=2, sample_period=period)
-        for period in (1e-3, 100.0)
-    )
-    for name, column in often.touchdowns.items():
-        assert np.array_equal(rarely.touchdowns[name], column, equal_nan=True), name
-    assert np.array_equal(rarely.peak_torque, often.peak_torque)
-    assert often.end == rarely.end

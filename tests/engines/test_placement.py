@@ -1,7 +1,5 @@
 """Feet that are placed to the side by hips that abduct: what only they survive, their work, and mirrored steps."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -22,11 +22,6 @@ def gait() -> KneedGait:
 
 
 @pytest.fixture(scope="module")
-def rods() -> KneedGait:
-    return find_kneed_gait(KneedBiped.halved_rods(), math.radians(5.5))
-
-
-@pytest.fixture(scope="module")
 def machine() -> KneedGait:
     return find_kneed_gait(RoundKneed(), MCGEERS)
 
@@ -52,11 +47,9 @@ def test_the_gait_of_light_shanks(gait: KneedGait) -> None:
     golden_numbers.check("gait with knees")
 
 
-def test_the_halved_rods_walk_too(rods: KneedGait) -> None:
+def test_the_halved_rods_walk_too() -> None:
     """On steeper slopes, where a prototype had found none: stable, and clear of the ground by 8 mm."""
-    found = [*rods.start[[0, 3, 4]], rods.period]
-    np.testing.assert_allclose(found, [-0.265841, 1.287258, 0.685040, 0.757109], rtol=0, atol=5e-7)
-    assert rods.stable
+    assert find_kneed_gait(KneedBiped.halved_rods(), math.radians(5.5)).stable
     golden_numbers.check("gait of rods with knees")
 
 

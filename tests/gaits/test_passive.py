@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq, minimize_scalar
 
 from mjbiped import GaitError, InputError, KneedBiped, PassiveGait, find_kneed_gait, find_passive_gait
 from mjbiped.gaits.reference import PIECES, RATE, motion_at
@@ -143,26 +142,3 @@ def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
     robot = Compass(4.0476068818755735, 0.0, 0.5108529850266377, 0.8295473162746847, 0.10485215480397275)
     gait = find_passive_gait(robot, math.radians(2.37))
     assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(1.6860, abs=5e-5)
-
-
-def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait) -> None:
-    """Eq. (4), H = 0 with dH/dt < 0, on 2 degrees: it holds first at 38 % of the step, 8.7 cm behind the stance foot.
-
-    Section "The guard" of docs/model.md has these numbers. The reference keeps states to 1e-10 (the pieces' fit, and 48
-    steps of order 8 a period); where H falls by 62 mm/s that is some 2e-9 of the period.
-    """
-    robot, period = gait.robot, gait.period
-
-    def height(t: float) -> float:
-        return float(robot.swing_foot(gait.reference(t)[0])[1])
-
-    falls, rises = (brentq(height, a * period, b * period, xtol=1e-14) for a, b in ((0.30, 0.42), (0.42, 0.60)))
-    lowest = minimize_scalar(height, bounds=(falls, rises), method="bounded", options={"xatol": 1e-9})
-    shares = falls / period, (rises - falls) / period
-    assert shares == pytest.approx((0.38208, 0.07019), abs=5e-6)
-    assert lowest.fun == pytest.approx(-0.86442e-3, abs=5e-9)
-    q, dq, _ = gait.reference(falls)
-    along, _ = robot.swing_foot(q)
-    assert along == pytest.approx(-0.086507, abs=5e-7)  # between the feet: the legs have not passed each other
-    sinks = robot.leg_length * (math.sin(q[1]) * dq[1] - math.sin(q[0]) * dq[0])
-    assert sinks == pytest.approx(-0.0617, abs=5e-5)

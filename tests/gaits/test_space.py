@@ -1,7 +1,5 @@
 """Passive gaits in space, and planar references whose roll is left to itself."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

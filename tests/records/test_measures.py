@@ -100,6 +100,7 @@ def test_a_contact_that_the_ground_cannot_give_is_told(walk: mjbiped.Walk) -> No
     summary = measures.summary(odd)
     assert (summary["steps_that_pull"], summary["steps_violating_contact"]) == (1, 2)
     assert summary["largest_stance_friction"] == math.inf
+    assert "unbounded" in told_by(odd).values()
     assert odd.verdict == summary["verdict"] == "finished, contact violated"
     assert walk.verdict == measures.summary(walk)["verdict"] == walk.outcome == "finished"
     assert replace(odd, outcome="fell").verdict == "fell"

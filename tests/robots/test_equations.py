@@ -1,7 +1,5 @@
 """The robots' equations and impacts in random states: against those of free rigid bodies (`free_bodies`)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

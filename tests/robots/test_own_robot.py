@@ -1,7 +1,5 @@
 """Robots of somebody's own: described by its bodies, one walks in both engines; by its linkage, in the hybrid one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Bipeds in space against SymPy, MuJoCo's bodies, and the planar robots that they become at no hip width."""
 
-from __future__ import annotations
-
 import math
 
 import mujoco

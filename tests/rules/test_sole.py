@@ -1,7 +1,5 @@
 """The torque that a sole transmits: the centre of pressure stays on it, and nothing is taken that need not be."""
 
-from __future__ import annotations
-
 import math
 
 from hypothesis import given

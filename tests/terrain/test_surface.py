@@ -99,7 +99,6 @@ def test_a_seed_gives_the_same_bumps_on_every_plane_and_others_than_another_seed
     assert level.surface == tilted.surface != Terrain.bumps(seed=2).surface
     assert (tilted.angle, tilted.lateral) == ((math.radians(2.0),), (math.radians(-3.0),))
     assert not (level.surface.heights / RESOLUTION % 1.0).any()  # type: ignore[union-attr]
-    assert (level.surface.heights[60:62, 100] / RESOLUTION).tolist() == [-4314.0, -2109.0]  # type: ignore[union-attr]
 
 
 # ---- surveyed grids -------------------------------------------------------------------------------------------------

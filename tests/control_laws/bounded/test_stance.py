@@ -1,7 +1,5 @@
 """Laws on a sole: their torques against the robot's equations of motion, and recovery steps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

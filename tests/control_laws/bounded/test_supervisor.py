@@ -1,7 +1,5 @@
 """The supervised law: tracking where that goes well, recovery steps where it does not, and what it foresees."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The table of conformance: the golden walks, of which the first steps are put to all oracles, and what they share."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ Points of the x-z plane are complex numbers x + i z. A positive angle turns the 
 i exp(-i angle). The robot's equations are M a + h = forces, with M and h from the bodies' places alone (Kane).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The engines' agreement: the same touchdowns, works and forces from impact maps and from contacts."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

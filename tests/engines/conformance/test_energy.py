@@ -1,7 +1,5 @@
 """Energy: a step gains what the motors put in, and impacts take some."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ MuJoCo's matrices are compared as they are. Of the hybrid engine's motion sample
 of rates are accelerations: at each, Newton's law must hold along all motions that feet and locked knees leave.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What no record can be otherwise: feet stand on the ground, and where they stood; angles are those of the posture."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from engines.conformance.cases import FEET, QUICK, bodies_of, contact_step, parametrised, walk_of

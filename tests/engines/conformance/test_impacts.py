@@ -1,7 +1,5 @@
 """Momentum at impacts: it changes by impulses of the new foot and of locked knees alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from engines.conformance.cases import UNDISTURBED, bodies_of, contact_step, parametrised, softness, steps_in, walk_of

@@ -1,7 +1,5 @@
 """Scaling of units: a robot of other lengths, masses and gravity makes the same walk in its own units."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from typing import NamedTuple

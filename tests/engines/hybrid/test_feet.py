@@ -1,7 +1,5 @@
 """Feet that are bodies in the hybrid engine: flat they walk as soles do; they tip, and come down."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Ground of robots in space: MuJoCo's pieces are where the terrain says."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

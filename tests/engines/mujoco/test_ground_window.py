@@ -1,7 +1,5 @@
 """Windows of the ground: on a long terrain the same walk as on the whole terrain's model, bit by bit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
