@@ -33,7 +33,8 @@ REFUSED = {
     "walk --controller limit-cycle --estimate-update": "controller limit-cycle 'estimate_update'",
     "walk --position-gain 3 --gain position_gain=3": "--position-gain is given, too; give one of them",
     # robots
-    "return-map --robot compass3d": "`mjbiped gait --robot compass3d`",
+    "bifurcation --robot compass3d": "a Compass3D moves in space: mjbiped return-map --robot compass3d shows",
+    "lateral-basin": "a Compass does not roll",
     "reference --robot kneed3d": "find_reference(robot.planar)",
     "export robot.urdf --robot compass3d": "export its scene (.xml)",
     "export bumps scene.xml --robot compass3d": "a surface",
