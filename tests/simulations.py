@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from mjbiped import Compass, KneedBiped, ScuffingRule, Terrain
-from mjbiped.control.controller import Controller, Unpowered
+from mjbiped.control.controller import Controller, Memory, Unpowered
 from mjbiped.disturbances.disturbances import UNDISTURBED, Disturbances
 from mjbiped.engines.hybrid.engine import TOLERANCE, Hybrid, HybridRun
 from mjbiped.engines.mujoco.engine import Mujoco, stepped
@@ -32,6 +32,16 @@ class Plain(Unpowered):
 
     def law(self) -> None:  # type: ignore[override]
         return None
+
+
+class Torques(Controller):
+    """Torques by a function of time, angles and rates, in plain Python."""
+
+    def __init__(self, law: Callable[[float, Sequence[float], Sequence[float]], Sequence[float]]) -> None:
+        self.law_of = law
+
+    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
+        return self.law_of(t, q, dq)
 
 
 def hybrid_simulation(terrain: Terrain, start: Sequence[float], **settings: Any) -> HybridRun:

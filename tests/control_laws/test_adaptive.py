@@ -97,9 +97,8 @@ def test_transitions_are_scipys_bernstein_polynomials(duration: float, numbers: 
 
 @given(states, st.floats(0.1, 1.0))
 @settings(derandomize=True)
-def test_a_transition_leads_from_the_measured_state_with_the_passive_acceleration_to_the_gait(
-    state: list[float], zeta: float
-) -> None:
+def test_a_transition_leads_from_the_measured_state_to_the_gait(state: list[float], zeta: float) -> None:
+    """It begins with the passive acceleration."""
     assume(state != CYCLE)
     controller = replace(PAPER, replanning_delay=zeta, replanning_threshold=1e-300)
     q, dq, end = np.array(state[:2]), np.array(state[2:]), zeta * GAIT.period

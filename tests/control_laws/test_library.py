@@ -23,9 +23,7 @@ def test_a_height_change_brings_the_climbing_gait_for_some_steps(library: Librar
     walk = mjbiped.walk(library, ground, engine="hybrid", steps=12)
     assert walk.outcome == "finished"
     left = [memory[CLIMBING] for _, memory in replayed(walk, library)]
-    changes = [
-        library.robot.leg_length * (math.cos(q1) - math.cos(q2)) for q1, q2 in walk.touchdowns["q_before"].tolist()
-    ]
+    changes = [library.robot.leg_length * (math.cos(q1) - math.cos(q2)) for q1, q2 in walk.touchdowns["q_before"]]
     # on level ground the old one's normal is vertical: what is felt is the step, to the touchdown's accuracy
     assert max(changes, key=abs) == pytest.approx(rise, abs=1e-9)
     at = left.index(3.0)

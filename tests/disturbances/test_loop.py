@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from simulations import Torques
 
 import mjbiped
 from controllers import AdaptiveController, Controller, KneedController
@@ -155,13 +156,9 @@ def test_encoders_are_off_by_half_a_step_at_most(engine: str) -> None:
 @each_engine
 def test_a_motor_of_first_order_answers_as_one(engine: str) -> None:
     """A constant demand: 1 - exp(-2 pi f t), in the mean over each tick of 10 ms."""
-
-    class Constant(Controller):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, 1e-6
-
     period, rate = 0.01, 2.0 * math.pi * 4.0
-    given: Any = {"steps": 1, "ground": Terrain.incline(2.0), "controller": Constant(), "sample_period": 0.005}
+    law, ground = Torques(lambda *_: (0.0, 1e-6)), Terrain.incline(2.0)
+    given: Any = {"steps": 1, "ground": ground, "controller": law, "sample_period": 0.005}
     walk = walked(engine, Disturbances(motor_bandwidth=4.0, control_period=period), **given)
     expected = 1.0 - np.exp(-rate * period * np.arange(30)) * (1.0 - math.exp(-rate * period)) / (rate * period)
     # samples in the middle of ticks; the numbers are the same but for rounding
@@ -182,19 +179,13 @@ def test_walks_converge_to_a_controller_that_never_pauses(knees: bool) -> None:
 
 @each_engine
 def test_a_torque_that_is_no_number_and_an_exception_are_the_controllers(engine: str) -> None:
-    class Lost(Controller):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, math.nan if t > 0.1 else 0.0
-
-    class Broken(Controller):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, 1.0 / (t <= 0.1) - 1.0
-
-    walk = walked(engine, Disturbances(torque_limit=5.0), controller=Lost(), ground=Terrain.incline(2.0))
+    lost = Torques(lambda t, *_: (0.0, math.nan if t > 0.1 else 0.0))
+    broken = Torques(lambda t, *_: (0.0, 1.0 / (t <= 0.1) - 1.0))
+    walk = walked(engine, Disturbances(torque_limit=5.0), controller=lost, ground=Terrain.incline(2.0))
     assert walk.outcome == "diverged"
-    assert "Lost.torque gives nan for the hip torque at t = 0.1" in "".join(walk.warnings)
-    with pytest.raises(mjbiped.WalkStopped, match=r"Broken failed at 0\.\d* s, after 0 steps: ZeroDivisionError"):
-        walked(engine, Disturbances(delay=0.002), controller=Broken(), ground=Terrain.incline(2.0))
+    assert "Torques.torque gives nan for the hip torque at t = 0.1" in "".join(walk.warnings)
+    with pytest.raises(mjbiped.WalkStopped, match=r"Torques failed at 0\.\d* s, after 0 steps: ZeroDivisionError"):
+        walked(engine, Disturbances(delay=0.002), controller=broken, ground=Terrain.incline(2.0))
 
 
 @pytest.mark.slow

@@ -107,10 +107,8 @@ def test_the_grounds_force_knows_of_a_push() -> None:
     """
     given = Disturbances(pushes=((0.6, 4.0),), push_duration=0.1)
     free = pushed("hybrid", None).touchdowns["normal_force"][0]
-    loads, frictions = (
-        [float(pushed(engine, given).touchdowns[name][0]) for engine in ENGINES]
-        for name in ("normal_force", "friction")
-    )
+    tables = [pushed(engine, given).touchdowns for engine in ENGINES]
+    loads, frictions = ([float(table[name][0]) for table in tables] for name in ("normal_force", "friction"))
     assert max(loads) < free - 5.0
     assert math.isclose(*loads, abs_tol=0.1 * (free - loads[1]))
     assert math.isclose(*frictions, rel_tol=0.05)

@@ -147,9 +147,7 @@ def agree(found: Any, expected: Any, scale: Any, relative: float = RELATIVE) -> 
 
 @MODES
 @given(edge=STANCES, q=ANGLES, dq=RATES, change=CHANGES, torques=TORQUES)
-def test_a_landing_foot_moves_as_newton_and_coulomb_say(
-    down: int, edge: int, q: Any, dq: Any, change: float, torques: Any
-) -> None:
+def test_landing_is_newtons_and_coulombs(down: int, edge: int, q: Any, dq: Any, change: float, torques: Any) -> None:
     c, w = walker(down, edge, change, q, dq)
     w.down = down
     enter_mode(c, w)

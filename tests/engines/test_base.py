@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -30,9 +28,7 @@ class Sliding(mjbiped.Engine):
         if len(plan.terrain.x) > 2:
             raise mjbiped.InputError("the engine sliding knows planes only")
 
-    def start(
-        self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled
-    ) -> SlidingRun:
+    def start(self, plan: Plan, *, summarised: bool = False, cancellation: Cancellation = never_cancelled) -> Run:
         return SlidingRun(plan, self.speed, summarised=summarised, cancellation=cancellation)
 
 

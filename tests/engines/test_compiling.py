@@ -26,10 +26,8 @@ def empty_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(cache, "_folder", lambda: tmp_path)
 
 
-def planned(controller: Controller, engine: str, **given: Any) -> Plan:
-    terms = Terms(
-        engine_of(engine), given.get("steps"), given.get("distance"), None, None, ScuffingRule(), given.get("walks", 1)
-    )
+def planned(controller: Controller, engine: str, steps: Any = None, distance: Any = None, walks: int = 1) -> Plan:
+    terms = Terms(engine_of(engine), steps, distance, None, None, ScuffingRule(), walks)
     return make_plan(terms, controller, Terrain.incline(2.0), "gait")
 
 
@@ -45,9 +43,7 @@ def test_the_default_walk_is_interpreted_and_a_long_one_compiles(engine: str, co
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_what_is_on_disk_is_used_however_short_the_walk(
-    engine: str, controller: AdaptiveController, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_on_disk_is_used_however_short_the_walk(engine: str, controller: AdaptiveController) -> None:
     plan = planned(controller, engine, steps=1)
     assert not compiles(plan)
     note_kept(plan)

@@ -1,28 +1,18 @@
 """How walks end, in both engines, and what their records say then."""
 
 import math
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from simulations import Torques
 
 import mjbiped
-from controllers import Controller, Memory, PassiveController
+from controllers import Controller, PassiveController
 from mjbiped import Terrain
 
 BOTH = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
-
-
-class Torques(Controller):
-    """Ankle and hip torque by a function of time, angles and rates."""
-
-    def __init__(self, law: Callable[[float, Sequence[float], Sequence[float]], tuple[float, float]]) -> None:
-        self.law_of = law
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        return self.law_of(t, q, dq)
 
 
 BALANCE = Torques(lambda _, q, dq: (-200.0 * q[0] - 20.0 * dq[0], -20.0 * dq[1]))
@@ -44,13 +34,7 @@ STALLED = 10.0 / math.sqrt(9.81)  # s
     ],
 )
 def test_outcomes(
-    outcome: str,
-    law: Controller,
-    ground: Terrain,
-    terms: Any,
-    engine: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    outcome: str, law: Controller, ground: Terrain, terms: Any, engine: str, tmp_path: Path, monkeypatch: Any
 ) -> None:
     monkeypatch.chdir(tmp_path)  # where MuJoCo would leave its log
     walk = mjbiped.walk(law, ground, engine=engine, **terms)

@@ -101,9 +101,7 @@ def test_closed_loop_with_knees(robot: mjbiped.KneedBiped, cost: float) -> None:
 
 @BOTH
 @pytest.mark.parametrize("slope_deg", [-3.0, 3.0])
-def test_the_controller_starts_by_itself_from_rest(
-    slope_deg: float, engine: str, controller: AdaptiveController
-) -> None:
+def test_it_starts_by_itself_from_rest(slope_deg: float, engine: str, controller: AdaptiveController) -> None:
     """The paper's X = [0, 0, 0, 0]: both legs together, at rest, the slope's estimate at zero."""
     walk = mjbiped.walk(controller, Terrain.incline(slope_deg), engine=engine, steps=6, initial="rest")
     assert (walk.outcome, walk.steps) == ("finished", 6)

@@ -17,9 +17,7 @@ LEVEL, SIDE = mjbiped.Terrain.level(), math.pi / 2
 each_engine = pytest.mark.parametrize("engine", ["hybrid", "mujoco"])
 
 
-def walked(
-    robot: InSpace, terrain: mjbiped.Terrain, engine: mjbiped.Engine | str, law: str = "adaptive", **given: Any
-) -> mjbiped.Walk:
+def walked(robot: InSpace, terrain: mjbiped.Terrain, engine: Any, law: str = "adaptive", **given: Any) -> mjbiped.Walk:
     """A short walk, without samples unless they are asked for."""
     controller = make_controller(law, robot, {})
     return mjbiped.walk(controller, terrain, engine=engine, **{"steps": 4, "sample_period": None, **given})
@@ -135,10 +133,8 @@ def test_a_record_tells_all_and_repeats_bit_by_bit(engine: str, tmp_path: Path) 
 
 def test_what_is_not_for_a_robot_is_refused() -> None:
     space, plane = mjbiped.Compass3D(), mjbiped.Compass()
-    noise, across = (
-        mjbiped.Disturbances(angle_noise=0.01),
-        mjbiped.Disturbances(pushes=[(1.0, 1.0)], push_direction=1.0),
-    )
+    noise = mjbiped.Disturbances(angle_noise=0.01)
+    across = mjbiped.Disturbances(pushes=[(1.0, 1.0)], push_direction=1.0)
     for robot, disturbances, named in ((space, noise, "noise"), (plane, across, "push_direction")):
         with pytest.raises(mjbiped.InputError, match=named):
             mjbiped.walk(make_controller("adaptive", robot, {}), LEVEL, steps=1, disturbances=disturbances)

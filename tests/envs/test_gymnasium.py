@@ -1,14 +1,13 @@
 """Environments of Gymnasium and stable-baselines3: their checkers, one robot as many, copies, pictures, mistakes."""
 
 import copy
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from command_line import python
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import SyncVectorEnv
 
@@ -73,10 +72,10 @@ env.render()
 
 @pytest.mark.slow
 @drawing
-def test_a_program_that_leaves_an_environment_open_ends_without_a_word() -> None:
+def test_a_program_that_leaves_an_environment_open_ends_without_a_word(tmp_path: Path) -> None:
     """The picture's OpenGL must go before MuJoCo shuts down the platform."""
-    done = subprocess.run([sys.executable, "-c", LEFT_OPEN], capture_output=True, text=True, check=True)
-    assert "Traceback" not in done.stderr
+    done = python("-c", LEFT_OPEN, cwd=tmp_path)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
 
 
 def test_all_tasks_have_a_name_and_settings_that_are_none_their_defaults() -> None:

@@ -2,13 +2,13 @@
 
 import copy
 import pickle
-import subprocess
-import sys
+from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from command_line import python
 
 import mjbiped
 from mjbiped.envs import load
@@ -177,9 +177,9 @@ except mjbiped.MjbipedError as error:
         ("nothing", "print('dm_control' in sys.modules or 'gymnasium' in sys.modules)", "False"),
     ],
 )
-def test_where_a_package_is_missing(missing: str, code: str, said: str) -> None:
-    program = [sys.executable, "-c", WITHOUT.format(missing=missing, code=code)]
-    assert said in subprocess.run(program, capture_output=True, text=True, check=True).stdout
+def test_where_a_package_is_missing(missing: str, code: str, said: str, tmp_path: Path) -> None:
+    done = python("-c", WITHOUT.format(missing=missing, code=code), cwd=tmp_path)
+    assert said in done.stdout, done.stderr
 
 
 def test_each_seed_draws_episodes_of_its_own() -> None:

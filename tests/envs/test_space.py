@@ -32,9 +32,8 @@ def test_without_actions_an_episode_is_the_adaptive_controllers_walk() -> None:
         shown.append((seen[6], reward))
         over = fell or late
     episode, task = env.walk(), env.task
-    walk = mjbiped.walk(
-        task.controller.inner, episode.terrain, engine=task.engine, initial=episode.settings["initial"], steps=2
-    )
+    law, start = task.controller.inner, episode.settings["initial"]
+    walk = mjbiped.walk(law, episode.terrain, engine=task.engine, initial=start, steps=2)
     rows = len(episode.touchdowns["time"])
     assert (info["outcome"], rows) == ("time limit", 1)
     for name, column in episode.touchdowns.items():

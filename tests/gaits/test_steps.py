@@ -27,9 +27,7 @@ def _three(bound: float) -> st.SearchStrategy[np.ndarray]:
 @pytest.mark.parametrize("straight", [False, True])
 @given(q=_three(0.8), dq=_three(3.0), ddq=_three(20.0))
 @settings(deadline=None, derandomize=True, max_examples=50)
-def test_torques_and_ground_force_are_those_of_the_robots_equations(
-    straight: bool, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray
-) -> None:
+def test_torques_and_ground_force_are_those_of_the_robots_equations(straight: bool, q: Any, dq: Any, ddq: Any) -> None:
     """Of eq. (1), and of Newton for the centre of mass; `tests/robots` checks the robot by free bodies."""
     if straight:
         q, dq, ddq = (each[[0, 1, 1]] for each in (q, dq, ddq))

@@ -57,19 +57,15 @@ def test_the_foot_is_the_shortest_that_holds(stays: list[tuple[float, float]], s
     for place, time in stays:
         times[bin_of(place)] += time
     total = float(times.sum()) + unmoved
-    places = [place for place, _ in stays]
+    places = np.array([place for place, _ in stays])
     length = shortest_foot(times, total, max(places), -min(places), 1.0, share)
     assert shortest_foot(times, total, 0.8 * max(places), -0.8 * min(places), 0.8, share) == pytest.approx(0.8 * length)
     ends = np.arange(0, 10 * (HALF - 1) + 1) / 10.0 * WIDTH
-    beyond = {
-        sign: np.array([spread(times, sign, end, max(sign * np.array(places))) for end in ends]) for sign in (1, -1)
-    }
+    beyond = {sign: np.array([spread(times, sign, end, max(sign * places)) for end in ends]) for sign in (1, -1)}
     out = beyond[1][:, None] + beyond[-1][None, :] - (1.0 - share) * total
     # the length jumps where a bin is left out as a whole: it is that on one side of the jump, within rounding of times
-    least, most = (
-        float(np.min((ends[:, None] + ends[None, :])[out <= rounding], initial=math.inf))
-        for rounding in (1e-12, -1e-12)
-    )
+    lengths = np.add.outer(ends, ends)
+    least, most = (float(np.min(lengths[out <= near], initial=math.inf)) for near in (1e-12, -1e-12))
     assert length <= most + 1e-9
     assert length >= least - 0.2 * WIDTH - 1e-9  # a tenth of a bin at either end
 

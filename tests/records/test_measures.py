@@ -29,11 +29,8 @@ def test_work_is_the_integral_of_power(walk: mjbiped.Walk) -> None:
     span = np.diff(time)
     moved = ~np.isin(time[1:], walk.touchdowns["time"])  # a contact step counts for no work
     ankle, hip = torque[:, 0] * dq[:, 0], torque[:, 1] * (dq[:, 1] - dq[:, 0])
-    power = {
-        "absolute": np.abs(ankle) + np.abs(hip),
-        "net": ankle + hip,
-        "positive": np.maximum(ankle, 0) + np.maximum(hip, 0),
-    }
+    positive = np.maximum(ankle, 0) + np.maximum(hip, 0)
+    power = {"absolute": np.abs(ankle) + np.abs(hip), "net": ankle + hip, "positive": positive}
     summary = measures.summary(walk)
     for kind, values in power.items():
         expected = float(np.sum((values * span)[moved]))
@@ -148,11 +145,8 @@ def test_a_fall_is_explained_and_its_last_step_measured(engine: str, slip: float
     swing_foot = walk.robot.outline(walk.samples["qpos"][-1:])[0, 1 - walk.samples["stance"][-1], -1]
     behind, depth = walk.samples["qpos"][-1, 0] - swing_foot[0], ground.height_at(swing_foot[0]) - swing_foot[1]
     assert behind > 0.0
-    for words in (
-        f"fell in step {step} with the hip {gap:.2f} m ahead",
-        f"{behind:.2f} m behind",
-        f"{depth:.2f} m under",
-    ):
+    fell = f"fell in step {step} with the hip {gap:.2f} m ahead"
+    for words in (fell, f"{behind:.2f} m behind", f"{depth:.2f} m under"):
         assert words in told["probable cause"]
     assert told["probable cause"].endswith("a small disturbance grows 2.94 times in each step")
     felt = walk.settings["unfinished_step"]
@@ -160,7 +154,7 @@ def test_a_fall_is_explained_and_its_last_step_measured(engine: str, slip: float
     assert felt["normal_force"] <= 0.0
     assert f"slip {1e3 * felt['slip']:.4f} mm" in told["last step, unfinished"]
     bare = mjbiped.walk(PassiveController(), ground, engine=engine, sample_period=None)
-    assert f"fell in step {step} with the hip {gap:.2f} m ahead of the stance foot;" in told_by(bare)["probable cause"]
+    assert f"{fell} of the stance foot;" in told_by(bare)["probable cause"]
 
 
 def test_where_no_motor_acts_the_lack_of_a_gait_is_told() -> None:

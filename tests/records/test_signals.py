@@ -10,7 +10,7 @@ from mjbiped.records.signals import values_of
 
 
 def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, kneed: mjbiped.Walk) -> None:
-    samples = kneed.samples
+    samples, touched = kneed.samples, kneed.touchdowns
     q, torque = samples["q"], samples["torque"]
     assert values_of(kneed, "torque_knee") == pytest.approx(torque[:, 2])
     assert values_of(kneed, "slope") == pytest.approx(np.degrees(samples["slope"]))
@@ -20,9 +20,7 @@ def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, k
     assert values_of(kneed, "power_knee") == pytest.approx(torque[:, 2] * rate)
     farthest = 100.0 * 0.5 * walk.robot.leg_length
     assert np.nanmax(np.abs(values_of(walk, "pressure"))) <= farthest
-    assert signals.knee_strikes(kneed) == pytest.approx(
-        np.append(0.0, kneed.touchdowns["time"][:-1]) + kneed.touchdowns["knee_strike"]
-    )
+    assert signals.knee_strikes(kneed) == pytest.approx(np.append(0.0, touched["time"][:-1]) + touched["knee_strike"])
     assert not len(signals.knee_strikes(walk))
 
 

@@ -150,9 +150,8 @@ def test_touchdowns_are_plastic_impacts(name: str) -> None:
         close(missed(at.bodies, at.qpos, change, at.bodies.motions(at.qpos, 1, free, at.slope)), 0.0, size)
         linkage, motion = robot.linkages[0], motion_of(robot, at)
         along, normal, leaves = land(linkage, linkage, motion, [*at.q, *at.dq], not opens)
-        close(
-            [along, normal], at.on_ground(at.bodies.momentum(at.qpos, change)), robot.weight * robot.leg_length * size
-        )
+        impulse = at.on_ground(at.bodies.momentum(at.qpos, change))
+        close([along, normal], impulse, robot.weight * robot.leg_length * size)
         if name != "wheel":
             left = at.on_ground(at.bodies.ends[0].jacobian(at.qpos) @ (at.v + change))
             close(leaves, left[1], robot.leg_length * size)

@@ -23,15 +23,13 @@ from mjbiped.utils import domains
 class LeaningCompass(mjbiped.Compass):
     """Legs whose centres of mass lie ahead of the line from hip to foot."""
 
-    leg_offset: Annotated[float, domains.LENGTH] = 0.02
+    offset: Annotated[float, domains.LENGTH] = 0.02
 
     kind: ClassVar[str] = "leaning"
 
     @property
     def bodies(self) -> Bodies:
-        leg = Segment(
-            "leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia, offset=self.leg_offset
-        )
+        leg = Segment("leg", self.leg_mass, self.leg_length, self.upper_length, self.leg_inertia, offset=self.offset)
         return Bodies("scene.xml", self.hip_mass, (leg,))
 
 

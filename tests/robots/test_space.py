@@ -16,7 +16,6 @@ from mjbiped.robots.three_d import Abducting3D, Compass3D, Kneed3D
 
 ROBOTS = (Compass3D(hip_mass=1.5, hip_width=0.17), Kneed3D(hip_width=0.12))
 ABDUCTING = Abducting3D(hip_mass=1.5, hip_width=0.17, lower_length=0.6, leg_inertia=0.3)
-each_robot = pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.kind)
 
 
 def drawn(robot: InSpace, seed: int) -> tuple[Array, Array]:
@@ -177,22 +176,23 @@ def test_impact_is_that_of_mujoco_s_bodies(robot: InSpace, turn: float) -> None:
     np.testing.assert_allclose(found, mirrored[1], rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("robot", "planar"),
-    [(Compass3D(hip_width=1e-9), mjbiped.Compass()), (Kneed3D(hip_width=1e-9), mjbiped.KneedBiped())],
-)
-def test_legs_that_come_together_walk_in_the_plane(robot: InSpace, planar: mjbiped.Compass) -> None:
+@pytest.mark.parametrize("wide", ROBOTS, ids=lambda robot: robot.kind)
+def test_legs_that_come_together_walk_in_the_plane(wide: InSpace) -> None:
+    robot, planar = wide.set_apart(1e-9), wide.planar
     rng, n, slope = np.random.default_rng(3), len(planar.angles), 0.1
-    q, dq = rng.normal(0.0, 0.2, n), rng.normal(0.0, 1.0, n)
+    q, dq, torque = rng.normal(0.0, 0.2, n), rng.normal(0.0, 1.0, n), rng.normal(0.0, 0.3, n)
     state = np.append(q, 0.0), np.append(dq, 0.0)
     chain = planar.chains[n]
     found = robot.in_space[n].accelerations(np.zeros(n + 1), *state, pull_of(slope))
     np.testing.assert_allclose(found[:-1], chain.accelerations(np.zeros(n), q, dq, slope), rtol=0, atol=1e-9)
     np.testing.assert_allclose(robot.energy(*state, slope), planar.energy(q, dq, slope), rtol=1e-12)
     two = (np.append(q[:2], 0.0), np.append(dq[:2], 0.0))
-    np.testing.assert_allclose(
-        robot.impact(*two)[1][:2], planar.rates_after_touchdown(q[[0, 1, 1][:n]], dq[[0, 1, 1][:n]])[:2], atol=1e-9
-    )
+    legs = q[[0, 1, 1][:n]], dq[[0, 1, 1][:n]]  # the knee is locked
+    rates, angles = planar.rates_after_touchdown(*legs), tuple(np.append(each, 0.0) for each in legs)
+    np.testing.assert_allclose(robot.impact(*two)[1][:2], rates[:2], atol=1e-9)
+    assert robot.rates_after_touchdown(angles[0], angles[1]) == pytest.approx(np.append(rates, 0.0), abs=1e-6)
+    force = robot.ground_force(angles[0], angles[1], np.append(torque, 0.0), slope)
+    assert force == pytest.approx(planar.ground_force(*legs, torque, slope), rel=1e-6)
     if n == 3:
         groups = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
         straight = q[[0, 1, 1]]
@@ -225,19 +225,3 @@ def test_gravity_s_direction() -> None:
     np.testing.assert_allclose(pull_of(0.1), [math.sin(0.1), math.cos(0.1), 0.0], rtol=0, atol=1e-15)
     assert np.linalg.norm(pull_of(0.1, -0.2)) == pytest.approx(1.0, abs=1e-15)
     assert pull_of(0.1, -0.2)[2] < 0.0
-
-
-@each_robot
-def test_force_and_touchdown_become_those_of_the_plane(robot: InSpace) -> None:
-    """With the legs together, without roll, at any slope along the heading."""
-    narrow, flat = robot.set_apart(1e-9), robot.planar
-    n = len(flat.angles)
-    q, dq, torque = (np.random.default_rng(7).normal(0.0, 0.3, n) for _ in range(3))
-    if n == 3:
-        q[2], dq[2] = q[1], dq[1]  # the knee is locked
-    angles, turning, motors = (np.append(each, 0.0) for each in (q, dq, torque))
-    assert narrow.ground_force(angles, turning, motors, 0.1) == pytest.approx(
-        flat.ground_force(q, dq, torque, 0.1), rel=1e-6
-    )
-    rates = narrow.rates_after_touchdown(angles, turning)
-    assert rates == pytest.approx(np.append(flat.rates_after_touchdown(q, dq), 0.0), abs=1e-6)

@@ -118,16 +118,13 @@ class Counting(Controller):
         ("mujoco", 1, ZeroDivisionError("gain")),
     ],
 )
-def test_a_controller_that_fails_costs_no_other_walk(
-    engine: str, workers: int, failure: Exception, controller: AdaptiveController
-) -> None:
+def test_one_that_fails_costs_no_other(engine: str, workers: int, failure: Exception, controller: Controller) -> None:
     """In plain Python: with two workers in processes; beside a compiled one."""
     given: dict[str, Any] = {"engine": engine, "steps": 3, "sample_period": 0.05}
     ground = Terrain.incline(2.0)
     controllers = [Counting(), controller, Counting(failure)]
-    with pytest.raises(
-        mjbiped.WalksStopped, match=r"1 of 3 .*walk 2 .*Counting failed at .*after 1 steps: .*gain"
-    ) as caught:
+    told = r"1 of 3 .*walk 2 .*Counting failed at .*after 1 steps: .*gain"
+    with pytest.raises(mjbiped.WalksStopped, match=told) as caught:
         mjbiped.walk_many(controllers, ground, workers=workers, **given)
     error = caught.value
     assert list(error.errors) == [2]

@@ -24,10 +24,11 @@ def test_the_centre_of_pressure_stays_on_the_sole(torque: float, force: float, b
 
 
 @given(torques.filter(lambda torque: abs(torque) > 1e-6), st.floats(-100.0, 500.0), st.floats(-1.5, 1.5), ends, ends)
-def test_the_bound_holds_for_the_force_that_the_torque_makes(
-    torque: float, rest: float, gain: float, behind: float, ahead: float
-) -> None:
-    """Of a force rest + gain τ; the gain is at most one over the sole's length, where a torque lifts what it needs."""
+def test_the_bound_is_of_its_own_force(torque: float, rest: float, gain: float, behind: float, ahead: float) -> None:
+    """Of the one that the torque makes.
+
+    Of a force rest + gain τ; the gain is at most one over the sole's length, where a torque lifts what it needs.
+    """
     transmitted, force = bounded_by_own_force(torque, rest + gain * torque, rest, behind, ahead)
     size = ROUNDING * (abs(torque) * (1.0 + abs(gain)) + abs(rest) + 1.0)
     assert abs(force - (rest + gain * transmitted)) <= size

@@ -36,9 +36,7 @@ def test_the_grid_has_its_heights_at_its_places_and_its_edges_heights_beyond() -
 
 
 @given(st.integers(0, 2), st.integers(0, 4), st.floats(0.01, 0.98), st.floats(0.01, 0.98))
-def test_a_cell_is_two_planes_that_meet_in_the_diagonal_forward_and_to_the_left(
-    row: int, column: int, u: float, v: float
-) -> None:
+def test_a_cell_is_two_planes_about_its_diagonal_forward_and_left(row: int, column: int, u: float, v: float) -> None:
     (a, b), (c, d) = RANDOM[row : row + 2, column : column + 2]
     corners = [(0.0, 0.0, a), (1.0, 0.0, b), (1.0, 1.0, d)] if u >= v else [(0.0, 0.0, a), (0.0, 1.0, c), (1.0, 1.0, d)]
     plane = np.linalg.solve([[x, y, 1.0] for x, y, _ in corners], [z for *_, z in corners])

@@ -61,9 +61,7 @@ def test_worker_that_dies_is_told() -> None:
 
 
 def test_a_program_without_a_guard_is_told(tmp_path: Path) -> None:
-    body = (
-        "from mjbiped.utils.parallel import processes\nwith processes(1) as pool:\n    pool.submit(abs, -3).result()\n"
-    )
+    body = "from mjbiped.utils.parallel import processes\nwith processes(1) as it:\n    it.submit(abs, -3).result()\n"
     (tmp_path / "program.py").write_text(body)
     done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode != 0

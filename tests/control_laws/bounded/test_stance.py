@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,12 +64,8 @@ def test_torques_are_borne_by_the_sole_and_move_the_swing_leg_as_wanted(
     """And the identifier follows its equations; all by the robot's own."""
     law, asking = laws(name)
     robot, n, bent, t = law.robot, len(law.robot.angles), bend if name == "knees" else 0.0, 0.3 * law.gait.period
-    q, dq, chain, memory = (
-        np.array(angles[:n]),
-        np.array(rates[:n]),
-        robot.chains_on(bent)[n],
-        memory_on(law, slope, bent),
-    )
+    q, dq = np.array(angles[:n]), np.array(rates[:n])
+    chain, memory = robot.chains_on(bent)[n], memory_on(law, slope, bent)
     found, rate, momentum_rate = np.split(np.array(law.torque(memory, t, q.tolist(), dq.tolist())), [n, n + 1])
     asked = np.array(asking.torque(memory_on(asking, slope, bent), t, q.tolist(), dq.tolist())[:n])
     ddq, wanted = (chain.accelerations(robot.input_matrix @ each, q, dq, slope) for each in (found, asked))
@@ -96,9 +93,7 @@ STEP = Step(0.4, 0.22, -0.5)
 
 
 @pytest.mark.parametrize("sole", [None, (0.03, 0.05)])
-def test_a_recovery_step_gets_onto_its_constraint_in_time_whatever_the_sole_bears(
-    sole: tuple[float, float] | None,
-) -> None:
+def test_a_recovery_step_gets_onto_its_constraint_in_time_whatever_the_sole_bears(sole: Any) -> None:
     robot, start = mjbiped.Compass(sole=sole), (-0.2, 0.2, 1.0, 0.6)
     law = BoundedAnkleController(robot, GAIT)
     parameters, memory = list(law.parameters), [0.0] * law.memory_size

@@ -28,9 +28,7 @@ def test_walks_are_drakes() -> None:
     robot, slope = drake_walk.robot_and_slope()
     start = mjbiped.find_passive_gait(robot, slope).start * np.array([1.0, 1.0, 1.0, 0.98])
     ground = mjbiped.Terrain.incline(math.degrees(slope))
-    ours = mjbiped.walk(
-        PassiveController(), ground, engine="hybrid", robot=robot, steps=20, initial=start.tolist()
-    ).touchdowns
+    ours = mjbiped.walk(PassiveController(), ground, engine="hybrid", robot=robot, steps=20, initial=start).touchdowns
     theirs = drake_walk.DrakeWalk("runge_kutta5", 1e-10).touchdowns(start, float(ours["time"][-1]) + 0.01)
     both = np.column_stack([ours["q_before"], ours["dq_before"], ours["time"]])
     # measured 3e-10: what Drake's isolation of a touchdown leaves, at tighter accuracies up to 8e-10

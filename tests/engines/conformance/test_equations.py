@@ -85,9 +85,8 @@ def instants(case: Case, step: int, every: int) -> Iterator[Instant]:
     inside = (samples["time"] > times[step] + 1e-9) & (samples["time"] < times[step + 1] - 1e-9)
     first, last = np.flatnonzero(inside)[[0, -1]]
     locked = samples.get("locked", samples["stance"])
-    rates = [
-        bodies.rates(*(samples[name][k] for name in ("qpos", "stance", "dq", "slope"))) for k in range(first, last + 1)
-    ]
+    columns = [samples[name][first : last + 1] for name in ("qpos", "stance", "dq", "slope")]
+    rates = [bodies.rates(*row) for row in zip(*columns, strict=True)]
     momenta = [bodies.momentum(samples["qpos"][first + k], v) for k, v in enumerate(rates)]
     for at in range(first + 2, last - 1, every):
         if len({*locked[at - 2 : at + 3]}) == 1:

@@ -5,13 +5,13 @@ import dataclasses
 import math
 import threading
 import time
-from collections.abc import Sequence
 
 import pytest
+from simulations import Torques
 from time_limits import within
 
 import mjbiped
-from controllers import AdaptiveController, Controller, Memory, PassiveController
+from controllers import AdaptiveController, Memory, PassiveController
 from mjbiped.engines.hybrid.guards import ATTEMPTS_BETWEEN_LOOKS
 from mjbiped.terrain.terrain import Terrain
 
@@ -19,21 +19,15 @@ INCLINE = Terrain.incline(2.0)
 START = (-0.19, 0.19, 1.1, 0.8)
 
 
-class Switching(Controller):
+def switching(torque: float) -> Torques:
     """Brakes the legs against each other: it brings their relative rate to zero, and then switches to and fro."""
-
-    def __init__(self, torque: float) -> None:
-        self.greatest = torque
-
-    def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-        return 0.0, -math.copysign(self.greatest, dq[1] - dq[0])
+    return Torques(lambda _, __, dq: (0.0, -math.copysign(torque, dq[1] - dq[0])))
 
 
 def test_torque_that_switches_without_end_is_unresolved() -> None:
+    law = switching(10.0)
     with within(60.0, "a torque that switches"):  # some 0.5 s; it once never ended
-        walk, again = (
-            mjbiped.walk(Switching(10.0), INCLINE, engine="hybrid", initial=START, steps=5) for _ in range(2)
-        )
+        walk, again = (mjbiped.walk(law, INCLINE, engine="hybrid", initial=START, steps=5) for _ in range(2))
     assert (walk.outcome, walk.fell) == ("unresolved", False)
     (message,) = walk.warnings
     assert "next_discontinuity" in message
@@ -42,28 +36,20 @@ def test_torque_that_switches_without_end_is_unresolved() -> None:
 
 
 def test_torque_that_switches_now_and_then_is_resolved() -> None:
-    walk = mjbiped.walk(Switching(0.1), INCLINE, engine="hybrid", initial=START, steps=3)
+    walk = mjbiped.walk(switching(0.1), INCLINE, engine="hybrid", initial=START, steps=3)
     assert (walk.outcome, dict(walk.warnings)) == ("finished", {})
 
 
 def test_many_short_steps_that_advance_are_no_reason_to_end() -> None:
     """A stiff brake holds the legs together until the robot falls, by some 5000 steps of the integration."""
-
-    class Brake(Controller):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return 0.0, -2e4 * (dq[1] - dq[0])
-
-    assert mjbiped.walk(Brake(), INCLINE, engine="hybrid", initial=START).outcome == "fell"
+    brake = Torques(lambda _, __, dq: (0.0, -2e4 * (dq[1] - dq[0])))
+    assert mjbiped.walk(brake, INCLINE, engine="hybrid", initial=START).outcome == "fell"
 
 
 def test_robot_that_flies_apart_has_diverged() -> None:
     """Rates that grow beyond all bounds in a finite time: no step is short enough, but nothing switches."""
-
-    class Runaway(Controller):
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return (force := 100.0 * dq[1] ** 3), force  # on the swing leg alone
-
-    walk = mjbiped.walk(Runaway(), INCLINE, engine="hybrid", initial=START)
+    runaway = Torques(lambda _, __, dq: (100.0 * dq[1] ** 3, 100.0 * dq[1] ** 3))  # on the swing leg alone
+    walk = mjbiped.walk(runaway, INCLINE, engine="hybrid", initial=START)
     assert walk.outcome == "diverged"
     assert list(walk.warnings) == ["torques or motion are beyond all bounds, or no numbers"]
 

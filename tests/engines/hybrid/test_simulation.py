@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from simulations import hybrid_run
+from simulations import Torques, hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
@@ -51,11 +51,9 @@ def test_law_with_a_jump_needs_its_break() -> None:
 
     found = []
     for switch in (Switch(True), Switch(False)):
-        simulation = hybrid_run(
-            switch, Terrain.incline(2.0), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1
-        )
-        simulation.go()
-        found.append((simulation.recorder.touchdowns()["dq"][0], simulation.state.evaluations))
+        run = hybrid_run(switch, Terrain.incline(2.0), robot=mjbiped.Compass(), q=(-0.19, 0.19), dq=(1.1, 0.8), steps=1)
+        run.go()
+        found.append((run.recorder.touchdowns()["dq"][0], run.state.evaluations))
     (named, few), (unnamed, many) = found
     assert named == pytest.approx(unnamed, abs=10.0 * TOLERANCE)  # some steps near the jump, each within it
     assert few < 0.7 * many
@@ -64,12 +62,8 @@ def test_law_with_a_jump_needs_its_break() -> None:
 def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> None:
     """Asked at the ends of integration steps it is one, and in a sample between them it is none."""
 
-    class Gap(Controller):
-        def __init__(self, first: float, length: float) -> None:
-            self.first, self.last = first, first + length
-
-        def torque(self, memory: Memory, t: float, q: Sequence[float], dq: Sequence[float]) -> Sequence[float]:
-            return (math.nan if self.first < t < self.last else 0.0), 0.0
+    def gap(first: float, last: float) -> Torques:
+        return Torques(lambda t, *_: (math.nan if first < t < last else 0.0, 0.0))
 
     outcomes = set()
     for start in ((-0.19, 0.19, 1.1, 0.8), (-0.19, 0.19, 0.3, 0.0)):  # touches down, and falls
@@ -77,7 +71,7 @@ def test_a_torque_that_is_no_number_for_a_moment_leaves_none_in_the_record() -> 
         end = hybrid(PassiveController(), Terrain.incline(2.0), **terms).end[0]
         gaps = [(first, 2e-3) for first in np.linspace(0.05, 0.6, 5)]
         for first, length in gaps + [(end - length / 2, length) for length in (1e-9, 1e-7, 1e-5, 1e-4)]:
-            walk = hybrid(Gap(first, length), Terrain.incline(2.0), **terms)
+            walk = hybrid(gap(first, first + length), Terrain.incline(2.0), **terms)
             assert np.isfinite([walk.samples["q"], walk.samples["dq"]]).all()
             outcomes.add(walk.outcome)
     assert "diverged" in outcomes
@@ -105,9 +99,7 @@ def test_foot_slides_over_the_top_edge_and_walks_on(controller: AdaptiveControll
 
 
 @pytest.mark.parametrize(("later", "locked"), [(1e-4, 1.0), (-1e-4, 0.0)])
-def test_a_knee_strikes_in_the_step_in_which_the_hip_leaves_the_ground_if_it_comes_first(
-    later: float, locked: float
-) -> None:
+def test_a_knee_strikes_in_the_step_in_which_the_hip_leaves_the_ground_if_first(later: float, locked: float) -> None:
     """The ground ends just after the place of the hip at the strike, or just before: within one integration step."""
     robot = mjbiped.KneedBiped()
     ground, gait = Terrain.incline(2.5), mjbiped.find_kneed_gait(robot, slope=math.radians(2.5))
@@ -148,9 +140,7 @@ def test_the_peak_of_a_torque_between_stages_is_that_of_the_parabola_about_it(to
 
 
 @pytest.mark.parametrize(("least", "bend"), [(0.3, 2.0), (-0.8, -1.5), (0.0, 0.7)])
-def test_the_least_normal_force_between_samples_is_that_of_the_parabola_through_three(
-    least: float, bend: float
-) -> None:
+def test_the_least_normal_force_between_samples_is_the_parabolas_through_three(least: float, bend: float) -> None:
     left, middle, right = (5.0 + bend * (place - least) ** 2 for place in (-1.0, 0.0, 1.0))
     assert parabola_top(left, middle, right) == pytest.approx(5.0, abs=1e-12)
     assert parabola_top(middle, right, 2.0 * right - middle) == 0.0  # a straight line has none

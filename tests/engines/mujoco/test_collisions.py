@@ -78,10 +78,9 @@ def test_bits_are_the_rule(name: str, ground: str) -> None:
     if name == "boxes" and ground == "auto":
         pytest.skip("a box stands on boxes")
     random, robot, seen = np.random.default_rng(7), ROBOTS[name], []
+    ranges: Any = {"segment_length": (0.1, 0.5), "slope_deg": (-4.0, 4.0), "rise": (-0.02, 0.02)}
     for seed in range(4):
-        terrain = mjbiped.Terrain.random(
-            seed=seed, length=5.0, segment_length=(0.1, 0.5), slope_deg=(-4.0, 4.0), rise=(-0.02, 0.02)
-        )
+        terrain = mjbiped.Terrain.random(seed=seed, length=5.0, **ranges)
         simulation = started(Unpowered(), terrain, robot=robot, ground=ground)
         c, u, model, data = simulation.constants, simulation.state, simulation.model, simulation.data
         for _ in range(150):

@@ -50,11 +50,9 @@ def places(count: int, reach: float = 15.0) -> NDArray[np.float64]:
 def differences(terrain: Terrain, at: NDArray[np.float64], kind: str = "auto") -> NDArray[np.float64]:
     """Heights of MuJoCo's ground, as rays find it, over those of the terrain lowered by the foot's radius, m."""
     model, data = built(terrain, kind)
-    above, found = 50.0, np.zeros(1, np.int32)
+    above, found, groups = 50.0, np.zeros(1, np.int32), np.array([1, 0, 0, 0, 0, 0])
     down = np.array([0.0, 0.0, -1.0])
-    far = [
-        mujoco.mj_ray(model, data, [x, y, above], down, np.array([1, 0, 0, 0, 0, 0]), True, -1, found) for x, y in at
-    ]
+    far = [mujoco.mj_ray(model, data, [x, y, above], down, groups, True, -1, found) for x, y in at]
     wanted = [terrain.height_at(x, y) - FOOT_RADIUS / terrain.normal_at(x, y)[2] for x, y in at.tolist()]
     return np.asarray(above - np.array(far) - np.array(wanted))
 

@@ -64,9 +64,7 @@ def test_leaving_the_window_is_no_fall_into_nothing(controller: AdaptiveControll
     ground=st.sampled_from(GROUND_KINDS),
     length=st.sampled_from([0.2, 1.0]),
 )
-def test_window_holds_what_the_robot_can_reach(
-    data: st.DataObject, widths: list[float], ground: str, length: float
-) -> None:
+def test_a_window_holds_what_is_in_reach(data: st.DataObject, widths: list[float], ground: str, length: float) -> None:
     """All ground within the margin, few segments beyond what that needs; and no window is left where it was made."""
     rows = [(width, 1.0 + (index % 3), -0.01 * (index % 4 == 3)) for index, width in enumerate(widths)]
     terrain = Terrain.from_segments(rows)

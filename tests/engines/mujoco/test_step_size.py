@@ -10,10 +10,11 @@ Terrain = mjbiped.Terrain
 
 
 @pytest.mark.parametrize("terrain", [Terrain.level(), Terrain.stairs(rise=-0.06)], ids=["level", "stairs"])
-def test_errors_of_the_closed_loop_fall_with_the_square_of_the_step(
-    terrain: Terrain, controller: AdaptiveController
-) -> None:
-    """What the contact step and the foot's radius leave is the same at any timestep, and is not seen here."""
+def test_errors_fall_with_the_square_of_the_step(terrain: Terrain, controller: AdaptiveController) -> None:
+    """Of the closed loop.
+
+    What the contact step and the foot's radius leave is the same at any timestep, and is not seen here.
+    """
     timesteps = (5e-4, 1e-3, 2e-3)
     walks = [mjbiped.walk(controller, terrain, steps=6, engine=mjbiped.Mujoco(timestep=h)) for h in timesteps]
     costs = np.array([walk.cost_of_transport for walk in walks])
