@@ -13,7 +13,7 @@ import mjbiped
 from mjbiped.dynamics.linkage import END, Motion, ground_force, momentum, point, room, speed, stand
 from mjbiped.dynamics.modes import bend_stance_knee, bent_leg, land
 from mjbiped.robots import model as functions
-from mjbiped.robots.compass import acceleration
+from mjbiped.robots.compass import acceleration, legs_of, swing_foot
 from mjbiped.robots.kneed import KneedLegs, stance_knee_torque
 from mjbiped.robots.robot import Robot
 
@@ -231,6 +231,7 @@ def test_functions_for_laws_are_the_robots_methods(name: str) -> None:
             found = acceleration(robot.constants, *(*q, *dq, np.sin(at.slope), np.cos(at.slope), *force))
             wanted = robot.chains[2].accelerations(force, at.q, at.dq, at.slope)
             close(found, wanted, 30.0 * float(np.abs(wanted).max()))
+            close(swing_foot(robot.leg_length, legs_of(*q)), robot.swing_foot(q), robot.leg_length)
 
 
 def test_bodies_are_those_of_the_parameters() -> None:
