@@ -53,13 +53,15 @@ def lateral_basin(
 
     robot = robot_of(law)
     driver, began = controller_of(robot, law, controller), time.perf_counter()
+    low, high = np.radians(rolls_deg) if rolls_deg else (-lateral.ROLL, lateral.ROLL)
+    slowest, fastest = roll_rates or (-lateral.ROLL_RATE, lateral.ROLL_RATE)
     try:
         found = lateral.lateral_basin(
             driver,
             math.radians(slope_deg),
             robot=robot,
-            rolls=np.radians(np.linspace(*(rolls_deg or (-8.0, 8.0)), grid)),
-            roll_rates=np.linspace(*(roll_rates or (-0.6, 0.6)), grid),
+            rolls=np.linspace(low, high, grid),
+            roll_rates=np.linspace(slowest, fastest, grid),
             limit=limit,
             progress=not results.quiet,
         )

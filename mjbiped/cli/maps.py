@@ -20,7 +20,6 @@ from mjbiped.cli.walkers import controller_of, robot_of, scuffing_of
 from mjbiped.control.loading import FORMS
 from mjbiped.gaits.described import passive_gait_of
 from mjbiped.records.arrays import write_arrays
-from mjbiped.robots.in_space import InSpace
 from mjbiped.utils import domains
 
 if TYPE_CHECKING:
@@ -81,7 +80,6 @@ def return_map(
     from mjbiped.limit_cycles.map_slices import map_slices
 
     robot, rule = robot_of(chosen), scuffing_of(chosen)
-    points = points or (40 if isinstance(robot, InSpace) else 400)
     found = map_slices(robot, math.radians(slope_deg), points=points, steps=steps, scuffing=rule)
     results.keep(found, "components", "fixed_point", "before", "after", "walk")
     results.draw("gaits:plot_return_map", found)

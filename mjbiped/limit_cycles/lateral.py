@@ -27,8 +27,11 @@ from mjbiped.rules.termination import Outcome
 from mjbiped.terrain.terrain import Terrain
 from mjbiped.utils import domains
 
-_STARTS = 13  # default number of rolls, and of roll rates
-_ROLL, _ROLL_RATE = 0.15, 0.6  # rad, rad/s: how far they reach by default
+STARTS = 13
+"""Default number of rolls, and of roll rates."""
+
+ROLL, ROLL_RATE = math.radians(8.0), 0.6
+"""How far they reach to either side of the gait's by default, rad and rad/s."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def lateral_basin(
         controller: A controller of a biped in space, with a gait.
         slope: Slope of the plane, rad.
         robot: The robot that walks; the controller's unless given.
-        rolls: Rolls of the starts, less the gait's, rad, ascending; 13 up to 0.15 to either side unless given.
+        rolls: Rolls of the starts, less the gait's, rad, ascending; 13 up to 8 degrees to either side unless given.
         roll_rates: Their rates, less the gait's, rad/s, ascending; 13 up to 0.6 to either side unless given.
         limit: Number of steps after which a walk is ended.
         progress: Whether to show a progress bar (never where the output is not a terminal).
@@ -94,8 +97,8 @@ def lateral_basin(
     if gait is None:
         raise InputError(f"{type(controller).__name__} imitates no gait off which a walk could begin")
     limit, slope = domains.LIMIT.check("limit", limit), domains.SLOPE.check("slope", slope)
-    across = ascending("rolls", rolls, np.linspace(-_ROLL, _ROLL, _STARTS), domains.ROLL)
-    up = ascending("roll_rates", roll_rates, np.linspace(-_ROLL_RATE, _ROLL_RATE, _STARTS), domains.RATE)
+    across = ascending("rolls", rolls, np.linspace(-ROLL, ROLL, STARTS), domains.ROLL)
+    up = ascending("roll_rates", roll_rates, np.linspace(-ROLL_RATE, ROLL_RATE, STARTS), domains.RATE)
     engine = Hybrid()
     terms = Terms(engine, limit, None, robot, None, chosen(None), walks=len(across) * len(up))
     plan = make_plan(terms, controller, Terrain.incline(math.degrees(slope)), "gait")

@@ -32,6 +32,7 @@ _COMPONENTS = ("angle of the stance leg (rad)", "rate of the stance leg (rad/s)"
 _IN_SPACE = (_COMPONENTS[0], "roll (rad)", *_COMPONENTS[1:], "rate of the roll (rad/s)")
 _WHEEL = ("rate of the stance spoke (rad/s)",)
 _REACH = 0.15  # of a slice to either side, as a share of the gait's angle, or of its greatest rate
+_POINTS = (400, 40)  # in each slice by default: of planar robots, and of those in space
 _SETTLING = 4000  # steps, most of which are needed next to a period doubling only
 _SAME = 1e-6  # difference of states a period apart on a settled walk, rad and rad/s
 
@@ -63,14 +64,14 @@ class MapSlices:
 
 
 def map_slices(
-    robot: Robot, slope: float, *, points: int = 400, steps: int = 40, scuffing: ScuffingRule | None = None
+    robot: Robot, slope: float, *, points: int | None = None, steps: int = 40, scuffing: ScuffingRule | None = None
 ) -> MapSlices:
     """Compute slices through the return map on a plane, and a walk that begins 2 % off the gait.
 
     Args:
         robot: Any robot. A step of one in space takes some 0.05 s, of others a few microseconds.
         slope: Slope of the plane, rad, > 0 (downhill).
-        points: Number of steps in each slice.
+        points: Number of steps in each slice; 400, or 40 in space, unless given.
         steps: Number of steps of the walk.
         scuffing: When the swing foot of straight legs may touch the ground; the engines' rule unless given.
 
@@ -79,7 +80,8 @@ def map_slices(
             for a robot with knees.
         GaitError: The robot has no passive gait on that slope.
     """
-    points, steps = domains.SLOPES.check("points", points), domains.MAP_STEPS.check("steps", steps)
+    points = domains.SLOPES.check("points", _POINTS[isinstance(robot, InSpace)] if points is None else points)
+    steps = domains.MAP_STEPS.check("steps", steps)
     if isinstance(robot, InSpace):
         return _slices_in_space(robot, slope, points, steps)
     rule = chosen(scuffing)
@@ -138,7 +140,7 @@ def _slices(fixed: Array, angles: int, points: int, after: Callable[[Array], Arr
     widths = np.repeat([_REACH * abs(fixed[0]), _REACH * np.abs(fixed[angles:]).max()], [angles, rates])
     places = fixed + np.einsum("k,p,kj->kpj", widths, np.linspace(-1.0, 1.0, points), np.eye(len(fixed)))
     found = np.array([after(starts) for starts in places])
-    return (np.einsum("kpk->kp", places), np.einsum("kpk->kp", found))
+    return np.einsum("kpk->kp", places), np.einsum("kpk->kp", found)
 
 
 def _states(robot: Robot, places: Array, start: Array) -> Array:

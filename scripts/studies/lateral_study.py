@@ -17,7 +17,7 @@ import numpy as np
 
 import mjbiped
 from mjbiped.control.registry import make_controller
-from mjbiped.limit_cycles.lateral import LateralBasin
+from mjbiped.limit_cycles.lateral import ROLL, ROLL_RATE, LateralBasin
 from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.plotting.style import make_small
 from mjbiped.utils.parallel import processes
@@ -30,7 +30,7 @@ STARTS, TABLE = 17, Path("docs/tables/three_dimensions/lateral_basin.csv")
 def basin_of(walker: str) -> LateralBasin:
     """The map of a walker of `WALKERS`."""
     kind, feet, law, _ = WALKERS[walker]
-    rolls, rates = np.radians(np.linspace(-8.0, 8.0, STARTS)), np.linspace(-0.6, 0.6, STARTS)
+    rolls, rates = np.linspace(-ROLL, ROLL, STARTS), np.linspace(-ROLL_RATE, ROLL_RATE, STARTS)
     return mjbiped.lateral_basin(make_controller(law, kind(**feet), {}), rolls=rolls, roll_rates=rates)
 
 
@@ -39,7 +39,7 @@ def basin_of(walker: str) -> LateralBasin:
 @click.option("--images", type=click.Path(path_type=Path), default=Path("docs/images"))
 def main(table: Path, images: Path) -> None:
     """Draw the map, and walk from all starts of both."""
-    slices = map_slices(mjbiped.Compass3D(), math.radians(2.0), points=40)
+    slices = map_slices(mjbiped.Compass3D(), math.radians(2.0))
     mjbiped.plot_return_map(slices, images / "return_map_space.png")
     with processes(len(WALKED)) as pool:
         basins = list(pool.map(basin_of, WALKED))

@@ -11,7 +11,7 @@ from mjbiped.engines.mujoco.feet import PLAUSIBLE
 from scripts.paper import comparison_gains as study
 from scripts.paper import gain_search
 
-PAGES = ("comparison", "feet", "tables/feet", "tables/footed", "stability")
+PAGES = ("comparison", "feet", "tables/feet", "tables/footed", "stability", "three_dimensions")
 PROSE = " ".join(word for page in PAGES for word in text(f"docs/{page}.md").split())
 STAIRS, UPHILL = "stair 2, −60 mm", "slope 2, −1° each"
 FEET, MADE = "feet with mass", "all steps"
@@ -106,7 +106,16 @@ def stability() -> Claims:
     yield r"([\d.]+) to ([\d.]+) along the tables' walks", ends([row["‖Φ‖"] for row in (*steep, *others)])
 
 
-@pytest.mark.parametrize("claims", [comparison, soles, feet, stability])
+def lateral() -> Claims:
+    held: dict[str, float] = {}
+    for row in table("three_dimensions", "lateral_basin"):
+        deviation = float(row["divergent component cm"])
+        if row["goes on"] == "yes":
+            held[row["walker"]] = max(held.get(row["walker"], 0.0), deviation)
+    yield r"all starts up to ([\d.]+) cm, .*?walks on up to ([\d.]+) cm towards the swing leg", [*held.values()]
+
+
+@pytest.mark.parametrize("claims", [comparison, soles, feet, stability, lateral])
 def test_sentences_are_true_of_the_tables(claims: Callable[[], Claims]) -> None:
     for sentence, expected in claims():
         found = re.search(sentence, PROSE)

@@ -140,6 +140,8 @@ def test_what_is_not_for_a_robot_is_refused() -> None:
             mjbiped.walk(make_controller("adaptive", robot, {}), LEVEL, steps=1, disturbances=disturbances)
     with pytest.raises(mjbiped.InputError, match="gait in space"):
         make_controller("adaptive", space, {}, gait=mjbiped.find_passive_gait(plane, 0.03))
+    with pytest.raises(mjbiped.InputError, match="eight finite numbers"):
+        mjbiped.walk(make_controller("passive", space, {}), LEVEL, robot=mjbiped.Kneed3D(), initial=[0.0] * 7)
 
 
 def test_a_fall_to_the_side_is_told() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from mjbiped import GaitError, InputError, KneedBiped, PassiveGait, find_kneed_gait, find_passive_gait
 from mjbiped.gaits.reference import PIECES, RATE, motion_at
@@ -142,3 +143,10 @@ def test_the_branch_is_followed_without_slipping_onto_the_short_gaits() -> None:
     robot = Compass(4.0476068818755735, 0.0, 0.5108529850266377, 0.8295473162746847, 0.10485215480397275)
     gait = find_passive_gait(robot, math.radians(2.37))
     assert gait.period * math.sqrt(robot.gravity / robot.leg_length) == pytest.approx(1.6860, abs=5e-5)
+
+
+def test_guard_as_printed_ends_the_step_where_the_foot_scuffs(gait: PassiveGait) -> None:
+    """Eq. (4) on 2 degrees holds first at 38 % of the step, 8.7 cm behind the stance foot: docs/model.md."""
+    when = brentq(lambda t: gait.robot.swing_foot(gait.reference(t)[0])[1], 0.3 * gait.period, 0.42 * gait.period)
+    assert when / gait.period == pytest.approx(0.38208, abs=5e-6)
+    assert gait.robot.swing_foot(gait.reference(when)[0])[0] == pytest.approx(-0.086507, abs=5e-7)
