@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -174,6 +174,7 @@ def test_a_path_and_what_was_read_from_it_give_one_ground(tmp_path: Path) -> Non
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**64 - 1), st.sampled_from(["random", "treads", "waves", "recorded"]))
+@example(seed=208562045, name="random")  # 19 segments in 30 m
 def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str) -> None:
     more = {"file": trail} if name == "recorded" else {}
     terrain, again = (Terrain.preset(name, seed=seed, length=30.0, **more) for _ in range(2))
@@ -181,4 +182,4 @@ def test_a_seed_gives_one_ground_bit_by_bit(trail: Terrain, seed: int, name: str
     assert terrain.to_dict() == again.to_dict()
     assert terrain != Terrain.preset(name, seed=seed // 2 + 1, length=30.0, **more) or seed in (0, 1, 2)
     longer = Terrain.preset(name, seed=seed, length=60.0, **more)
-    assert longer.z[:20] == terrain.z[:20]  # a longer ground begins as this one
+    assert longer.z[: len(terrain.z)] == terrain.z  # a longer ground begins as this one
