@@ -1,8 +1,10 @@
 """Whether a figure can be read where it is printed: what every test of a figure's layout asks."""
 
+import os
 import re
 from itertools import combinations
 
+import golden_numbers
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -14,6 +16,8 @@ ROUNDING = 1.0  # pixels
 
 def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
     """The figure has the width of that name; its letters are of its size, inside, apart; panels differ in letters.
+
+    At the width of one column, a figure also is what it was.
 
     Args:
         figure: Any.
@@ -38,6 +42,9 @@ def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
         assert min(across, up) <= ROUNDING, (one.get_text(), other.get_text())
     letters = [found for axes in figure.axes for found in re.findall(r"^\((\w)\)", axes.get_title(loc="left"))]
     assert letters == sorted(set(letters))
+    if name == "single":
+        test = os.environ["PYTEST_CURRENT_TEST"].removesuffix(" (call)")
+        golden_numbers.check(test, golden_numbers.figure_sums(figure))
 
 
 def texts(figure: Figure) -> list[Text]:
