@@ -28,9 +28,13 @@ from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.surface import add_surface
+from mjbiped.envs.tasks import WalkTask
 from mjbiped.gaits.optimisation import evaluate, tell
 from mjbiped.gaits.steps import CompassStep, Goal, KneedStep
+from mjbiped.records.loads import pressure_place
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.sole import servo_gains
+from mjbiped.studies.robustness_walks import rough_from
 
 FILE = Path(__file__).with_name("golden_numbers.json")
 Sums = dict[str, list[float]]
@@ -47,6 +51,7 @@ STEEP = Terrain.from_segments([(0.6, -6.0), (5.0, 3.0, 0.05), (2.0, 4.0, -0.1)])
 GROUNDS = {
     "mixed": Terrain.mixed(), "risers": STEEP, "bumps": Terrain.preset("bumps", rms=0.01, seed=3),
     "to the side": Terrain.preset("incline", slope_deg=2, lateral_deg=3), "many": Terrain.random(seed=3),
+    "down": Terrain.incline(4.0),
 }  # fmt: skip
 _SOLE: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
 _IN_SPACE: dict[str, tuple[Any, str, Terrain, int, float]] = {
@@ -132,14 +137,28 @@ def gait(found: Any) -> Sums:
     return {name: sums(value) for name, value in sorted(told.items()) if isinstance(value, float | np.ndarray)}
 
 
+def numbers_in(told: Any) -> list[float]:
+    """All numbers within tables and lists."""
+    if isinstance(told, Mapping | list | tuple):
+        return [x for each in (told.values() if isinstance(told, Mapping) else told) for x in numbers_in(each)]
+    return [float(told)] if isinstance(told, int | float) else []
+
+
 def measures(case: Case) -> Sums:
     """What is told of a whole walk."""
     walk = walk_of(case)
-    told = json.loads(json.dumps(dict(walk.summary()), default=str))
-    flat = [each for value in told.values() for each in (value.values() if isinstance(value, dict) else [value])]
-    numbers = [float(each) for each in flat if isinstance(each, int | float)]
-    found = {"summary": sums(numbers), "peaks": sums(walk.peak_torque)}
+    found = {"summary": sums(numbers_in(walk.summary())), "peaks": sums(walk.peak_torque)}
     return found if "kneed" in case.robot else {**found, "pressure": sums(walk.pressure_times)}
+
+
+def of_functions() -> Sums:
+    """What functions of few numbers give."""
+    robot, forces = mjbiped.FootedCompass(), [(20.0, 90.0), (-10.0, 70.0), (0.0, 1e-3)]
+    pressed = [pressure_place(robot, torque, force, 0.3) for force in forces for torque in (3.0, -2.0)]
+    rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
+    small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
+    found = {"pressure": pressed, "rough": rough, "servo": servo_gains(0.1, 0.7, 9.0), "peak": small.peak}
+    return {name: sums(values) for name, values in found.items()}
 
 
 @cache
@@ -168,10 +187,11 @@ def figure_sums(figure: Figure) -> Sums:
 
 CASES: Mapping[str, Callable[[], Sums]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
-    **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many")},
+    **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down")},
     "scene on bumps": partial(scene, "compass3d", "bumps"),
     "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(sole=(0.1, 0.08)))),
     "reference with knees": lambda: reference(KneedStep(mjbiped.KneedBiped(sole=(0.1, 0.08)))),
+    "functions": of_functions,
     "environment": partial(environment, "CompassWalk"),
     "environment with knees": partial(environment, "KneedWalkStairs"),
     "environment in space": partial(environment, "Compass3D"),

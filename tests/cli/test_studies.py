@@ -60,7 +60,9 @@ def test_a_sweep_leaves_its_files(study: Path, tmp_path: Path, monkeypatch: pyte
 def test_a_dry_run_tells_what_it_takes_and_leaves_nothing(study: Path, tmp_path: Path) -> None:
     assert re.match(r"6 walks: about \d+ s in 1 process \(", ran("sweep", study, "--dry-run", "--workers", 1))
     assert list(tmp_path.iterdir()) == [study]
-    assert json.loads(ran("sweep", study, "--dry-run", "--json"))["walks"] == 6
+    told, more = (json.loads(ran("sweep", study, "--dry-run", "--json", *words)) for words in ((), ("--trajectories",)))
+    assert (told["walks"], told["tried"]) == (6, 5)
+    assert more["bytes"] > 10 * told["bytes"] > 2000
 
 
 def test_an_interrupted_sweep_says_how_to_go_on(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -193,6 +193,12 @@ def test_bad_input_is_refused(wrong: dict[str, Any]) -> None:
         find_reference(**{"robot": mjbiped.Compass(), **wrong})
 
 
+def test_a_torque_that_is_too_small_is_told_beside_the_one_that_is_enough() -> None:
+    words = "a clearance of 0.05 m and a torque limit of 1 N m: without the torque limit .* needs 21.3 N m"
+    with pytest.raises(mjbiped.GaitError, match=words):
+        find_reference(mjbiped.Compass(), clearance=0.05, torque_limit=1.0)
+
+
 # ---- on disk ---------------------------------------------------------------------------------------------------------
 
 

@@ -43,6 +43,7 @@ def test_a_description_is_the_robot(robot: Robot) -> None:
         ("shank_mass", lambda: mjbiped.KneedBiped(shank_mass=math.nan)),
         ("thigh_centre", lambda: mjbiped.KneedBiped(thigh_centre=0.6)),
         ("sole", lambda: mjbiped.FootedCompass(sole=None)),
+        ("sole", lambda: mjbiped.FootedCompass(sole=(0.1, 0.0))),
         ("foot_mass", lambda: mjbiped.FootedCompass(foot_mass=4.9)),
         ("underside", lambda: mjbiped.FootedCompass(underside="pad")),
         ("foot_radius", lambda: mjbiped.RoundCompass(foot_radius=1.0)),

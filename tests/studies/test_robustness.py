@@ -6,6 +6,7 @@ import pickle
 from pathlib import Path
 from typing import Any
 
+import golden_numbers
 import numpy as np
 import pytest
 from command_line import run
@@ -260,7 +261,7 @@ def test_findings_of_rows(result: Robustness, gait: mjbiped.PassiveGait) -> None
         3.3 * gait.start[2] * 13.2 * max(abs(gait.start[2:]))
     )  # three times as wide as that of `mjbiped basin`, either way
     assert one["basin"] == {"share": 0.75, "area_rad2_per_s2": pytest.approx(0.75 * window)}
-    assert result.summary()["scuffing"] == {"reach_leg_lengths": 0.2, "delay_s": 0.1}
+    golden_numbers.check("findings", {"all": golden_numbers.sums(golden_numbers.numbers_in(result.summary()))})
 
 
 def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:
