@@ -16,11 +16,10 @@ from mjbiped.analysis.stability import Stability
 from mjbiped.analysis.survival import Survival
 from mjbiped.limit_cycles.basin import Basin, Fate
 from mjbiped.limit_cycles.bifurcation import BifurcationDiagram, Cascade
-from mjbiped.limit_cycles.map_slices import map_slices
 from mjbiped.plotting import figure_width
 from mjbiped.plotting.comparison import plot_comparison, plot_stability, plot_survival
 from mjbiped.plotting.gait import plot_gait
-from mjbiped.plotting.gaits import plot_basins, plot_bifurcation, plot_multipliers, plot_return_map
+from mjbiped.plotting.gaits import plot_basins, plot_bifurcation
 from mjbiped.plotting.style import C_MT, ESTIMATE, HYBRID, MUJOCO, PLANNED, TRUTH, look
 from mjbiped.plotting.walk import plot_walk, rows_of
 from mjbiped.records import loads
@@ -150,25 +149,6 @@ def test_a_passive_gait(gait: mjbiped.PassiveGait) -> None:
     assert np.array(jumps) == pytest.approx(np.array(expected))
 
 
-def test_a_gait_with_knees(kneed_gait: Any) -> None:
-    gait = kneed_gait
-    postures, _, foot, knee, _ = plot_gait(gait).axes
-    shank = points(postures.lines[2])
-    # at the start the swing foot stands on the slope, behind the stance foot
-    np.testing.assert_allclose(shank[1], gait.step_length * np.array([-1, math.tan(gait.slope)]), rtol=2e-3)
-    assert points(knee.lines[0])[:, 1].max() == pytest.approx(math.degrees(gait.greatest_flexion), rel=1e-4)
-    assert points(foot.lines[2])[0, 1] == pytest.approx(100 * gait.clearance, rel=1e-4)
-
-
-def test_a_reference(reference: Any) -> None:
-    _, _, foot, torques = plot_gait(reference).axes
-    path = points(foot.lines[0]) / (1.0, 100.0)
-    assert path[0] == pytest.approx([-reference.step_length, 0.0], abs=1e-9)  # rounding of the table
-    assert path[:, 1].max() == pytest.approx(reference.measures.greatest_clearance, abs=1e-5)  # 400 moments
-    greatest = [np.abs(points(line)[:, 1]).max() for line in torques.lines[:2]]
-    assert greatest == pytest.approx(reference.measures.peak_torque, rel=1e-4)
-
-
 def test_bifurcation(diagram: BifurcationDiagram, cascade: Cascade) -> None:
     figure, onset = plot_bifurcation(diagram, cascade), cascade.branches[0].doubling
     assert onset is not None
@@ -185,21 +165,6 @@ def test_bifurcation(diagram: BifurcationDiagram, cascade: Cascade) -> None:
     assert all(line[0].tolist() == [math.degrees(onset.slope), onset.step_lengths[0]] for line in unstable)
     low, high = figure.axes[1].get_xlim()
     assert unstable[1][0, 0] < low < high < unstable[1][-1, 0]
-
-
-def test_multipliers_and_return_map(cascade: Cascade, robot: mjbiped.Compass) -> None:
-    figure = plot_multipliers([branch.gaits for branch in cascade.branches])
-    gaits = cascade.branches[0].gaits
-    magnitudes, real = (np.array([line.get_ydata() for line in axes.lines[:3]]) for axes in figure.axes)
-    np.testing.assert_array_equal(magnitudes.max(axis=0), [abs(gait.multipliers).max() for gait in gaits])
-    np.testing.assert_array_equal(real.min(axis=0), [gait.multipliers.real.min() for gait in gaits])
-    slices = map_slices(robot, math.radians(3.0), points=20)
-    drawn = lines(plot_return_map(slices).axes[1])
-    assert points(drawn["gait of period one"])[0].tolist() == [slices.fixed_point[1]] * 2
-    curve = points(drawn["one step, this component alone varied"])
-    np.testing.assert_array_equal(curve, np.stack([slices.before[1], slices.after[1]], axis=1))
-    two = points(drawn["gait of period 2"])
-    np.testing.assert_allclose(two, two[::-1, ::-1], rtol=1e-9)
 
 
 def test_basins(maps: list[Basin]) -> None:

@@ -35,7 +35,10 @@ def test_same_arguments_same_record_until_steps_or_distance_are_made(controller:
         ({"initial": "sleeping"}, "gait, rest"),
         ({"controller": PassiveController}, "class"),
         # ahead: it would have touched down; inside a riser
-        ({"terrain": Terrain.level(), "initial": (0.3, 0.0, 1.0, 1.0)}, "swing foot would start"),
+        (
+            {"terrain": Terrain.incline(5.0), "initial": (0.3, 0.0, 1.0, 1.0)},
+            "swing foot would start 0.0448 m under the ground, at x = 0.2905 m",
+        ),
         ({"terrain": Terrain.stairs(rise=0.1, first=0.2), "initial": (0.15, -0.15, 1.0, 1.0)}, "swing foot would"),
         ({"terrain": Terrain.level(), "initial": (2.0, 0.0, 0.0, 0.0)}, "hip would start"),
         ({"terrain": Terrain.level()}, 'no passive gait .*give initial="rest"'),
