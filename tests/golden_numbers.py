@@ -17,6 +17,7 @@ import numpy as np
 from engines.conformance.cases import QUICK, name_of, walk_of
 from golden_states import RESTLESS, WALKS, numbers_in, states
 from golden_walks import Case
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
@@ -110,13 +111,13 @@ def reference(model: CompassStep) -> Sums:
     return {name: sums(values) for name, values in found.items()}
 
 
-def environment(name: str, **settings: Any) -> Sums:
+def environment(name: str, periods: int = 40, **settings: Any) -> Sums:
     """An episode with actions that swing."""
     made = gymnasium.make(f"mjbiped/{name}-v0", **settings)
     seen, told = made.reset(seed=5)
     assert made.action_space.shape
     rows, rewards, numbers = [seen], [], []
-    for k in range(40):
+    for k in range(periods):
         seen, reward, ended, cut, told = made.step(0.2 * np.cos(k + np.arange(made.action_space.shape[0])))
         rows.append(seen)
         rewards.append([reward, ended, cut])
@@ -176,12 +177,14 @@ def within(name: str, engine: str) -> Sums:
 
 
 def figure_sums(figure: Figure) -> Sums:
-    """Of the places and ends of its axes, its lines, and the sizes and places of its words."""
+    """Of the places and ends of its axes, its lines and maps, and the sizes and places of its words."""
     axes = [[*each.get_position().bounds, *each.get_xlim(), *each.get_ylim()] for each in figure.axes]
     lines: Any = [np.ravel(np.asarray(line.get_xydata(), dtype=float)) for line in figure.findobj(Line2D)]
     words: Any = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     places = [[text.get_fontsize(), *text.get_window_extent().bounds] for text in words]
-    return {"axes": sums(axes), "lines": sums(np.concatenate([np.zeros(1), *lines])), "words": sums(places)}
+    maps: Any = [np.ma.filled(mesh.get_array(), 7.0).ravel() for mesh in figure.findobj(QuadMesh)]
+    parts = {"lines": np.concatenate([np.zeros(1), *lines]), "maps": np.concatenate([np.zeros(1), *maps])}
+    return {name: sums(values) for name, values in {"axes": axes, "words": places, **parts}.items()}
 
 
 CASES: Mapping[str, Callable[[], Sums]] = {
@@ -191,7 +194,7 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(sole=(0.1, 0.08)))),
     "reference with knees": lambda: reference(KneedStep(mjbiped.KneedBiped(sole=(0.1, 0.08)))),
     "functions": of_functions,
-    "environment": partial(environment, "CompassWalk"),
+    "environment": partial(environment, "CompassWalk", 120),
     "environment with knees": partial(environment, "KneedWalkStairs"),
     "environment in space": partial(environment, "Compass3D"),
     "gait": lambda: gait(mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2.0))),

@@ -107,7 +107,7 @@ def plot_walk(walk: Walk, path: str | Path | None = None, *, panels: Sequence[st
     if "lapse" in named or not named:
         parts.append((_height(rows) + margin, draw_lapse))
     if isinstance(walk.robot, InSpace) and ("above" in named or not named):
-        parts.append((history, draw_above))
+        parts.append((1.5 * history, draw_above))  # room for y beside a legend of two lines
     if lines:
         parts.append((history * len(lines), draw_histories))
     if "phase" in named or not named:

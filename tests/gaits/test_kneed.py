@@ -64,34 +64,6 @@ def test_the_gait_of_mcgeers_machine(machine: KneedGait) -> None:
     assert machine.start[5] > machine.start[4]  # the heel strike bends the departing knee
 
 
-@pytest.mark.parametrize("which", ["gait", pytest.param("machine", marks=pytest.mark.slow)])
-def test_every_part_of_the_step_joins_the_next(which: str, request: pytest.FixtureRequest) -> None:
-    """From the trajectories alone: start, knee strike, end, the impact that leads back to the start, and energies."""
-    gait: KneedGait = request.getfixturevalue(which)
-    robot, (bent, straight) = gait.robot, parts(gait, 100)
-    # states are read from the table, whose pieces of degree 9 keep the rates of a quick shank to 2.5e-10
-    np.testing.assert_allclose([*bent[0][0], *bent[1][0]], gait.start, rtol=0, atol=1e-9)
-    before, rates = bent[0][-1], bent[1][-1]
-    assert before[2] == pytest.approx(before[1], abs=1e-9)
-    np.testing.assert_allclose(rates, gait.knee_rates, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(straight[1][0], robot.knee_impact(before[[0, 1, 1]], rates)[1], rtol=0, atol=1e-9)
-    np.testing.assert_allclose([*straight[0][-1], *straight[1][-1]], gait.end[[0, 1, 3, 4]], rtol=0, atol=1e-9)
-    assert robot.swing_foot(gait.end[:2])[1] == pytest.approx(0, abs=1e-10)
-    q, dq = robot.heel_impact(gait.end[:2], gait.end[3:5])
-    after = gait.start if len(dq) == 3 else gait.start[[0, 1, 3, 4]]
-    np.testing.assert_allclose([*q, *dq], after, rtol=0, atol=1e-9)  # the root finder's own
-    # no torque acts: the energy changes at impacts alone, and what they take is what the way downhill gives
-    energies = [
-        [robot.energy(q[columns], dq[columns], gait.slope) for q, dq in zip(part[0], part[1], strict=True)]
-        for part, columns in ((bent, [0, 1, 2]), (straight, [0, 1, 1]))
-    ]
-    for each in energies:
-        np.testing.assert_allclose(each, each[0], rtol=1e-9)
-    lost = robot.kinetic_energy(gait.end[:3], gait.end[3:]) - robot.kinetic_energy(gait.start[:3], gait.start[3:])
-    lost += energies[0][0] - energies[1][0]
-    assert lost == pytest.approx(gait.step_length * math.sin(gait.slope) * robot.weight, rel=1e-8)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "walks", "none", "clearance"),

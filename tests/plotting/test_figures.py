@@ -41,6 +41,7 @@ FIGURES: dict[str, Callable[[Get], Figure]] = {
     "walk": lambda get: plot_walk(get("walk")),
     "fall": lambda get: plot_walk(get("fallen")),
     "walk in rows": lambda get: plot_walk(get("long_walk")),
+    "walk in space": lambda get: plot_walk(get("walk_in_space")),
     "walk with knees": lambda get: plot_walk(get("kneed_walk")),
     "gait": lambda get: plot_gait(get("gait")),
     "reference": lambda get: plot_gait(get("reference")),

@@ -10,7 +10,7 @@ import mjbiped
 from controllers import KneedController, PassiveController
 from mjbiped.engines.mujoco.step_size import Lengths, sooner
 from mjbiped.errors import InputError
-from mjbiped.records import loads, measures
+from mjbiped.records import loads
 from mjbiped.robots.kneed import stance_knee_torque
 
 ROBOT = mjbiped.KneedBiped()
@@ -59,23 +59,6 @@ def test_the_servo_gives_what_the_lock_bore(held: mjbiped.Walk) -> None:
     assert needed.max() > 10.0
     assert 1e-3 < bent.max() < 0.01  # the sag that its stiffness is chosen for
     assert bent.min() > -1e-4  # the stop
-
-
-def test_its_work_is_that_of_its_torque_and_counts(held: mjbiped.Walk) -> None:
-    samples, touched = held.samples, held.touchdowns
-    peaks = np.abs(samples["stance_knee_torque"]).max()
-    assert touched["stance_knee_torque"].max() == pytest.approx(peaks, rel=0.02)  # of all steps, of samples
-    steps = np.split(np.arange(len(samples["time"])), np.flatnonzero(np.diff(samples["stance"])) + 1)
-    bent, torque = loads.flexion(held), samples["stance_knee_torque"]
-    work = sum(np.abs(0.5 * (torque[at][1:] + torque[at][:-1]) * np.diff(bent[at])).sum() for at in steps)
-    assert touched["stance_knee_work"][-1] == pytest.approx(work, rel=0.02)
-    summary = measures.summary(held)
-    assert summary["peak_stance_knee_torque_Nm"] == pytest.approx(peaks, rel=0.02)
-    part = touched["stance_knee_work"][-1] / (ROBOT.weight * held.distance)
-    assert summary["cost_of_transport_stance_knee"] == part > 0.0
-    bare = on_stairs(sample_period=None)
-    told = ("peak_stance_knee_torque_Nm", "cost_of_transport_stance_knee")
-    assert [measures.summary(bare)[key] for key in told] == [summary[key] for key in told]
 
 
 def test_a_servo_is_refused_where_there_is_none_and_where_steps_are_too_long() -> None:
