@@ -8,6 +8,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
+from simulations import UNEQUAL
 
 import mjbiped
 import mjbiped.envs  # which gymnasium then knows
@@ -44,7 +46,7 @@ Sums = dict[str, list[float]]
 ROBOTS: dict[str, Robot] = {
     robot.kind: robot
     for robot in (
-        mjbiped.Compass(), mjbiped.FootedCompass(), mjbiped.KneedBiped(sole=(0.1, 0.05)), mjbiped.RoundCompass(),
+        mjbiped.Compass(), mjbiped.FootedCompass(), replace(UNEQUAL, sole=(0.1, 0.05)), mjbiped.RoundCompass(),
         mjbiped.RoundKneed(), mjbiped.RimlessWheel(), mjbiped.Compass3D(sole=(0.1, 0.1), sole_width=0.08),
         mjbiped.Abducting3D(), mjbiped.Kneed3D(),
     )
@@ -190,9 +192,10 @@ def figure_sums(figure: Figure) -> Sums:
 CASES: Mapping[str, Callable[[], Sums]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
     **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down")},
+    "scene of boxes": partial(scene, "compass", "risers", "boxes"),
     "scene on bumps": partial(scene, "compass3d", "bumps"),
-    "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(sole=(0.1, 0.08)))),
-    "reference with knees": lambda: reference(KneedStep(mjbiped.KneedBiped(sole=(0.1, 0.08)))),
+    "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(lower_length=0.4, sole=(0.1, 0.08)))),
+    "reference with knees": lambda: reference(KneedStep(replace(UNEQUAL, sole=(0.1, 0.08)))),
     "functions": of_functions,
     "environment": partial(environment, "CompassWalk", 120),
     "environment with knees": partial(environment, "KneedWalkStairs"),

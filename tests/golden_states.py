@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 from golden_walks import GROUNDS, ROBOTS
-from simulations import Torques, hybrid_run, make_simulation
+from simulations import UNEQUAL, Torques, hybrid_run, make_simulation
 
+import mjbiped
 from mjbiped.control.controller import Controller
 from mjbiped.control.registry import make_controller
 from mjbiped.disturbances.disturbances import Disturbances
 from mjbiped.engines.hybrid.gait_step import advance
 from mjbiped.engines.hybrid.meeting import acceleration_bound
 from mjbiped.numerics.blocks import Block
+from mjbiped.robots.robot import Robot
 
 PUSHED = Disturbances(pushes=((0.1, 1.0), (0.4, -0.7)))
 LATE = Disturbances(delay=2e-3, control_period=1e-3, torque_limit=30.0, pushes=((0.2, 0.5),))
@@ -26,6 +28,15 @@ STARTS = {
     **dict.fromkeys(("kneed", "kneed on soles"), ((-0.2, 0.25, 0.25), (1.2, 0.3, 0.3))),
     **dict.fromkeys(("footed", "boxes"), ((-0.2, 0.2, 0.0, 0.0), (1.2, 0.6, 0.0, 0.0))),
 }
+ODD: dict[str, Robot] = {
+    "compass": mjbiped.Compass(4.0, 3.0, 0.4, 0.45),
+    "sole": mjbiped.Compass(4.0, 3.0, 0.4, 0.45, sole=(0.1, 0.08)),
+    "kneed": UNEQUAL,
+    "footed": mjbiped.FootedCompass(6.0, 3.0, 0.6, 0.55),
+    "round": mjbiped.RoundCompass(6.0, 3.0, 0.6, 0.55),
+}
+"""Robots whose legs are not 1 m long, and have no other number of the default ones; for the law that swings."""
+
 WALKS = {
     f"{robot} {law} {ground}": (robot, law, ground)
     for robot, laws, grounds in (
@@ -63,14 +74,15 @@ def numbers_in(told: Any) -> list[float]:
     return [float(told)] if isinstance(told, int | float) else []
 
 
-RESTLESS = ("kneed", "sole", "compass limit-cycle")
+RESTLESS = ("kneed adaptive", "kneed on", "sole bounded", "sole supervised", "compass limit-cycle")
 """Walks whose numbers move by up to 1e-3 with the last bits of gravity, others by up to 1e-7."""
 
 
 def states(name: str, engine: str, heavier: float = 0.0) -> dict[str, list[float]]:
     """The numbers at some moments of a walk, with a gravity that is greater by a share."""
     kind, law, ground = WALKS[name]
-    robot = dataclasses.replace(ROBOTS[kind], gravity=ROBOTS[kind].gravity * (1.0 + heavier))  # type: ignore[type-var]
+    usual: Any = ODD.get(kind, ROBOTS[kind]) if law == "swinging" else ROBOTS[kind]
+    robot = dataclasses.replace(usual, gravity=usual.gravity * (1.0 + heavier))
     controller: Controller = SWINGING if law == "swinging" else make_controller(law, robot, {})
     q, dq = (values[: len(robot.angles)] for values in STARTS[kind])
     disturbed = Disturbances() if kind == "wheel" else LATE if law == "adaptive" else PUSHED

@@ -60,6 +60,8 @@ def test_the_walks_of_a_study(gait: mjbiped.PassiveGait) -> None:
     cells, tests = planned(SMALL).study.cells, kinds_of(SMALL)
     assert {test: tests.count(test) for test in tests} == {LEVEL: 4, "step up": 32, SURVIVAL: 24}
     assert all(cell.section("scuffing") == {"reach": 0.15, "delay": 0.1} for cell in cells)
+    values = golden_numbers.numbers_in([dict(cell.values) for cell in cells])
+    golden_numbers.check("walks of a study", {"all": golden_numbers.sums(values)})
     paired = [cell.terrain() for cell in of(cells, ground="waves", case=2)]
     assert (len(paired), len(set(paired))) == (4, 1)  # all controllers and engines on the same ground
     assert paired[0].x[-1] > 50 * 0.5  # as long as any walk
