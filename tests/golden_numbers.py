@@ -184,7 +184,8 @@ def figure_sums(figure: Figure) -> Sums:
     lines: Any = [np.ravel(np.asarray(line.get_xydata(), dtype=float)) for line in figure.findobj(Line2D)]
     words: Any = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     places = [[text.get_fontsize(), *text.get_window_extent().bounds] for text in words]
-    maps: Any = [np.ma.filled(mesh.get_array(), 7.0).ravel() for mesh in figure.findobj(QuadMesh)]
+    meshes: Any = figure.findobj(QuadMesh)
+    maps = [np.ma.filled(mesh.get_array(), 7.0).ravel() for mesh in meshes]
     parts = {"lines": np.concatenate([np.zeros(1), *lines]), "maps": np.concatenate([np.zeros(1), *maps])}
     return {name: sums(values) for name, values in {"axes": axes, "words": places, **parts}.items()}
 
