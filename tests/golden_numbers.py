@@ -16,7 +16,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 from engines.conformance.cases import QUICK, name_of, walk_of
-from golden_states import RESTLESS, WALKS, numbers_in, states
+from golden_laws import LAWS, answers
+from golden_states import RESTLESS, WALKS, states
+from golden_states import numbers_in as numbers_in
 from golden_walks import Case
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
@@ -178,6 +180,11 @@ def within(name: str, engine: str) -> Sums:
     return {part: sums(numbers) for part, numbers in states(name, engine).items()}
 
 
+def answered(name: str) -> Sums:
+    """What a law answers."""
+    return {"all": sums(answers(*LAWS[name]))}
+
+
 def figure_sums(figure: Figure) -> Sums:
     """Of the places and ends of its axes, its lines and maps, and the sizes and places of its words."""
     axes = [[*each.get_position().bounds, *each.get_xlim(), *each.get_ylim()] for each in figure.axes]
@@ -211,6 +218,7 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     **{f"walk {name_of(case)}": partial(measures, case) for case in QUICK},
     **{f"{name} in space in {on}": partial(columns, name, on) for name in _IN_SPACE for on in ("hybrid", "mujoco")},
     **{f"{on} within {name}": partial(within, name, on) for name in WALKS for on in ("hybrid", "mujoco")},
+    **{f"answers of {name}": partial(answered, name) for name in LAWS},
     "optimised gait": lambda: gait(mjbiped.find_reference(mjbiped.Compass(), clearance=0.06)),
 }
 

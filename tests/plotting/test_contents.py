@@ -1,21 +1,17 @@
 """What figures show is what the records, gaits and studies hold."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import mjbiped
 from mjbiped.analysis.replay import recorded_controller, transitions
-from mjbiped.plotting import figure_width
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.plotting.style import C_MT, ESTIMATE, HYBRID, MUJOCO, PLANNED, TRUTH, look
-from mjbiped.plotting.walk import plot_walk, rows_of
-from mjbiped.records import loads
+from mjbiped.plotting.walk import plot_walk
 
 
 def words(figure: Figure) -> str:
@@ -71,30 +67,6 @@ def test_no_step_is_joined_to_the_next_and_each_has_its_plan(walk: mjbiped.Walk)
             assert band.get_zorder() < axes.lines[0].get_zorder()
 
 
-def test_a_fall_without_a_touchdown(fallen: mjbiped.Walk) -> None:
-    figure = plot_walk(fallen)
-    assert "fell after 0 steps" in words(figure)
-    assert f"{C_MT} none" in words(figure)
-    slope = panel(figure, "(no estimate)")
-    assert "estimate φ̂" not in lines(slope)
-    assert not any("torque" in axes.get_title("left") for axes in figure.axes)  # of a passive walk
-
-
-def test_long_walks_are_split_into_rows_that_cover_them_in_one_scale(long_walk: mjbiped.Walk) -> None:
-    with figure_width("single"):
-        rows = rows_of(long_walk)
-        figure = plot_walk(long_walk)
-    assert 2 <= len(rows) <= 6
-    assert rows[0].start < 0.0 < long_walk.samples["qpos"][-1, 0] < rows[-1].stop
-    assert all(before.stop == pytest.approx(after.start) for before, after in pairwise(rows))
-    drawn_hips = 0
-    for axes, row in zip(figure.axes, rows, strict=False):
-        hips = [points(line) for line in axes.lines if line.get_marker() == "o"]
-        assert all(((row.start <= each[:, 0]) & (each[:, 0] <= row.stop)).all() for each in hips)
-        drawn_hips += len(hips[1])
-    assert drawn_hips == long_walk.steps
-
-
 def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:
     figure = plot_walk(walk, panels=("phase", "angle"))
     titles = [axes.get_title("left") for axes in figure.axes]
@@ -102,16 +74,6 @@ def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:
     assert [title[4:] for title in titles] == ["Angle from the ground's normal", *phases]
     for name in ("stance leg q₁", "swing leg q₂"):  # no line joins the legs that change roles
         assert np.isnan(points(lines(figure.axes[0])[name])[:, 1]).sum() == walk.steps
-
-
-def test_a_walk_on_knees(kneed_walk: mjbiped.Walk) -> None:
-    figure, q, touchdowns = plot_walk(kneed_walk), kneed_walk.samples["q"], kneed_walk.touchdowns
-    flexion = lines(panel(figure, "(d) Flexion of the swing knee"))
-    np.testing.assert_allclose(points(flexion["swing knee q₃ − q₂"])[:, 1], np.degrees(q[:, 2] - q[:, 1]))
-    strikes = np.append(0.0, touchdowns["time"])[:-1] + touchdowns["knee_strike"]
-    assert points(flexion["knee strike"])[:, 0] == pytest.approx(strikes)
-    held = lines(panel(figure, "(c) Joint torque"))["stance knee"]  # ankle and swing knee have none, and no panels
-    assert points(held)[:, 1] == pytest.approx(loads.knee_torque(kneed_walk))
 
 
 def test_comparisons_leave_out_panels_in_which_nothing_happens(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import mjbiped
-from controllers import AdaptiveController
 from mjbiped.records import loads, signals
 from mjbiped.records.signals import values_of
 
@@ -22,19 +21,3 @@ def test_values_are_those_of_the_record_in_the_panels_unit(walk: mjbiped.Walk, k
     assert np.nanmax(np.abs(values_of(walk, "pressure"))) <= farthest
     assert signals.knee_strikes(kneed) == pytest.approx(np.append(0.0, touched["time"][:-1]) + touched["knee_strike"])
     assert not len(signals.knee_strikes(walk))
-
-
-def test_a_sole_is_drawn_where_there_is_one(walk: mjbiped.Walk, controller: AdaptiveController) -> None:
-    """Its ends beside the centre of pressure, and the torque asked for where it transmits less."""
-    robot = mjbiped.Compass(sole=(0.03, 0.05))
-    soled = mjbiped.walk(controller, mjbiped.Terrain.stairs(rise=-0.01), engine="hybrid", robot=robot, steps=6)
-    lines = {name: line for each in signals.lines_of(soled) for name, line in each.values.items()}
-    assert ({*lines["toe"]}, {*lines["heel"]}) == ({5.0}, {-3.0})
-    asked, given = lines["torque_asked"], soled.samples["torque"][:, 0]
-    bound = np.isfinite(asked)
-    assert bound.any()
-    assert (np.abs(given[bound]) < np.abs(asked[bound])).all()
-    assert (given[~bound] == soled.samples["ankle_asked"][~bound]).all()
-    without = list(signals.lines_of(walk))
-    assert not {"toe", "heel", "torque_asked"} & {name for each in without for name in each.values}
-    assert not {name for each in without for name in each.missing}

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from legible import assert_legible
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 from mjbiped.plotting import WIDTHS, figure_width, style
@@ -72,11 +71,6 @@ def test_legible(text: str, name: str, width: str, tmp_path: Path, monkeypatch: 
         assert file.name == f"{name}.png"
         draw(study, [{**row, **FAILED} for row in rows], tmp_path)  # nothing finished: other words, no error
     assert file.read_bytes() != before
-    meshes: list[Any] = [each for axes in figures[0].axes for each in axes.collections if isinstance(each, QuadMesh)]
-    for mesh in meshes:
-        values = np.ma.compressed(mesh.get_array())
-        ends = (0.0, 1.0) if values.max() <= 1.0 else (values.min(), values.max())
-        np.testing.assert_allclose((mesh.norm.vmin, mesh.norm.vmax), ends, rtol=0.1)  # a colour bar's half step
     assert_legible(figures[0], width, smallest=4.0)  # numbers in a map's cells, and how many walks they are of
 
 
