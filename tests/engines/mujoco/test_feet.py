@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import strategies as st
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, SupervisedController
@@ -43,10 +42,6 @@ def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
     assert behind[across] == pytest.approx(x[across] - edge, abs=1e-4)
     np.testing.assert_allclose(ahead, 0.12, atol=1e-4)
     np.testing.assert_allclose(np.delete(behind, across), 0.12, atol=1e-4)
-
-
-forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
-tilts = st.one_of(st.floats(-0.7, 0.7), st.just(math.radians(91.0)))  # of the ground, and of faces
 
 
 SOLE = (0.12, 0.12)
