@@ -10,7 +10,9 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, partial
+from itertools import cycle
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium
@@ -30,6 +32,8 @@ import mjbiped
 import mjbiped.envs  # which gymnasium then knows
 from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
+from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
+from mjbiped.engines.hybrid.accounting import _turns
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
@@ -40,6 +44,7 @@ from mjbiped.gaits.steps import CompassStep, Goal, KneedStep
 from mjbiped.records.loads import pressure_place
 from mjbiped.robots.robot import Robot
 from mjbiped.rules.sole import servo_gains
+from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.robustness_walks import rough_from
 
 FILE = Path(__file__).with_name("golden_numbers.json")
@@ -150,13 +155,33 @@ def measures(case: Case) -> Sums:
     return found if "kneed" in case.robot else {**found, "pressure": sums(walk.pressure_times)}
 
 
+def turns() -> list[bool]:
+    """Whether powers that are parabolas of time turn within a step."""
+    random, found = np.random.default_rng(1), []
+    for level, top, bend in zip(random.uniform(-0.1, 0.1, 200), random.uniform(-0.2, 1.2, 200), cycle((1.0, -1.0))):
+        powers = [[0.0]] * STAGES_WITH_DENSE
+        for stage, place in zip(IN_ORDER, PLACES, strict=True):
+            powers[stage] = [bend * (level + (place - top) ** 2)]
+        found.append(_turns(SimpleNamespace(size=1), SimpleNamespace(k=powers), 0, 0.01))  # type: ignore[arg-type]
+    return found
+
+
 def of_functions() -> Sums:
     """What functions of few numbers give."""
     robot, forces = mjbiped.FootedCompass(), [(20.0, 90.0), (-10.0, 70.0), (0.0, 1e-3)]
     pressed = [pressure_place(robot, torque, force, 0.3) for force in forces for torque in (3.0, -2.0)]
     rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
     small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
-    found = {"pressure": pressed, "rough": rough, "servo": servo_gains(0.1, 0.7, 9.0), "peak": small.peak}
+    cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
+    values = numbers_in([dict(cell.values) for cell in cells])
+    found = {
+        "section V": values,
+        "turns": turns(),
+        "pressure": pressed,
+        "rough": rough,
+        "servo": servo_gains(0.1, 0.7, 9.0),
+        "peak": small.peak,
+    }
     return {name: sums(values) for name, values in found.items()}
 
 
@@ -208,13 +233,16 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     "environment": partial(environment, "CompassWalk", 120),
     "environment with knees": partial(environment, "KneedWalkStairs"),
     "environment in space": partial(environment, "Compass3D"),
-    "gait": lambda: gait(mjbiped.find_passive_gait(mjbiped.Compass(), math.radians(2.0))),
+    "gait": lambda: gait(mjbiped.find_passive_gait(mjbiped.Compass(4.0, 3.0, 0.4, 0.45), math.radians(2.0))),
     "gait with knees": lambda: gait(mjbiped.find_kneed_gait(mjbiped.KneedBiped(), math.radians(2.5))),
     "gait of rods with knees": lambda: gait(
         mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
     ),
+    "gait of McGeer's machine": lambda: gait(mjbiped.find_kneed_gait(mjbiped.RoundKneed(), 0.0456)),
     "gait in space with knees": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Kneed3D(), math.radians(3.0))),
-    "gait in space": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Compass3D(), math.radians(2.0))),
+    "gait in space": lambda: gait(
+        mjbiped.find_gait_in_space(mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45), math.radians(2.0))
+    ),
     **{f"walk {name_of(case)}": partial(measures, case) for case in QUICK},
     **{f"{name} in space in {on}": partial(columns, name, on) for name in _IN_SPACE for on in ("hybrid", "mujoco")},
     **{f"{on} within {name}": partial(within, name, on) for name in WALKS for on in ("hybrid", "mujoco")},

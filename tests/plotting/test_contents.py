@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import mjbiped
-from mjbiped.analysis.replay import recorded_controller, transitions
 from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.plotting.style import C_MT, ESTIMATE, HYBRID, MUJOCO, PLANNED, TRUTH, look
 from mjbiped.plotting.walk import plot_walk
@@ -52,19 +51,6 @@ def test_a_walk(walk: mjbiped.Walk) -> None:
     assert {name: found[name] for name in looks} == {name: style["color"] for name, style in looks.items()}
     hip = lines(panel(figure, "torque"))["hip τ₂"]
     np.testing.assert_array_equal(points(hip).T, (walk.samples["time"], walk.samples["torque"][:, 1]))
-
-
-def test_no_step_is_joined_to_the_next_and_each_has_its_plan(walk: mjbiped.Walk) -> None:
-    """Legs are exchanged at once: a line from one step to the next would show a motion that never was."""
-    planned = transitions(walk, recorded_controller(walk))
-    for leg, axes in enumerate(plot_walk(walk).axes[-2:]):
-        motion = points(axes.lines[0])
-        assert np.isnan(motion[:, 0]).sum() >= walk.steps - 1
-        assert (np.nanmax(np.abs(np.diff(motion, axis=0)), axis=0) < (0.05, 0.4)).all()
-        bands = [line for line in axes.lines if line.get_linewidth() == PLANNED["linewidth"]]
-        for band, curve in zip(bands, planned, strict=True):
-            np.testing.assert_array_equal(points(band), curve[:, [leg, 2 + leg]])
-            assert band.get_zorder() < axes.lines[0].get_zorder()
 
 
 def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:

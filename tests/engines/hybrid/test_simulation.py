@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,7 @@ from simulations import Torques, hybrid_run
 
 import mjbiped
 from controllers import AdaptiveController, Controller, Memory, PassiveController
-from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
-from mjbiped.engines.hybrid.accounting import _greatest_torque, parabola_top
+from mjbiped.engines.hybrid.accounting import parabola_top
 from mjbiped.engines.hybrid.engine import TOLERANCE
 from mjbiped.terrain.terrain import Terrain
 
@@ -140,16 +138,6 @@ def test_the_greatest_torque_of_a_law_of_time_is_its_own(rate: float) -> None:
     walk = hybrid(law, Terrain.incline(2.0), robot=mjbiped.Compass(), initial=(-0.19, 0.19, 1.1, 0.8), steps=1)
     greatest = np.abs(torques(np.linspace(0.0, walk.end[0], 100_001))).max(axis=1)
     np.testing.assert_allclose(walk.peak_torque, greatest, rtol=0, atol=5e-6)
-
-
-@pytest.mark.parametrize("top", [0.1, 0.47, 0.72, 0.95])
-def test_the_peak_of_a_torque_between_stages_is_that_of_the_parabola_about_it(top: float) -> None:
-    given = [[0.0]] * STAGES_WITH_DENSE
-    for stage, place in zip(IN_ORDER, PLACES, strict=True):
-        given[stage] = [3.0 - (place - top) ** 2]
-    w: Any = SimpleNamespace(given=given, peak_torque=[0.0] * 4)
-    c: Any = SimpleNamespace(given=1)
-    assert _greatest_torque(c, w, 0) == pytest.approx((3.0, top), abs=1e-12)
 
 
 @pytest.mark.parametrize(("least", "bend"), [(0.3, 2.0), (-0.8, -1.5), (0.0, 0.7)])
