@@ -129,6 +129,7 @@ COUNT = "{ from = 1, to = 2, count = 1001 }"
         ('terrain = { name = "random", slope_deg = { low = 3 } }', "expected {low, high} or {plus_minus}"),
         (f"controller.position_gain = {COUNT}\nrobot.hip_mass = {COUNT}", f"at most {MOST_CELLS}"),
         ('plot = { parameters = ["robot.hip_mass"] }', "name in plot.parameters"),
+        (f'plot = {{ measures = {["finished"] * 7} }}', "plot.measures must be a list of up to 6 names"),
         ('engine = "hybrid"\nrobot = { kind = ["compass", "kneed"] }\n'
          "initial = { q1 = 0, q2 = 0, dq1 = 0, dq2 = 0 }", "robot.kind = 'kneed'.*initial needs q3, dq3 as well"),
         ('engine = "hybrid"\nrobot = { kind = "kneed" }\nscuffing = { reach = 0.3 }', "its swing foot's contact is on"),
