@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import mjbiped
-from mjbiped.plotting.comparison import plot_comparison
 from mjbiped.plotting.style import C_MT, ESTIMATE, HYBRID, MUJOCO, PLANNED, TRUTH, look
 from mjbiped.plotting.walk import plot_walk
 
@@ -60,12 +59,3 @@ def test_a_figure_has_the_panels_that_are_named(walk: mjbiped.Walk) -> None:
     assert [title[4:] for title in titles] == ["Angle from the ground's normal", *phases]
     for name in ("stance leg q₁", "swing leg q₂"):  # no line joins the legs that change roles
         assert np.isnan(points(lines(figure.axes[0])[name])[:, 1]).sum() == walk.steps
-
-
-def test_comparisons_leave_out_panels_in_which_nothing_happens(
-    compared: mjbiped.Comparison, compared_falls: mjbiped.Comparison
-) -> None:
-    titles = ["(a) Joint torque", "(b) Step length", "(c) Slope estimate at touchdown, and slope of the ground"]
-    assert [title for axes in plot_comparison(compared).axes if (title := axes.get_title("left"))] == titles
-    (alone,) = plot_comparison(compared_falls).axes
-    assert [text.get_text() for text in alone.texts] == ["both fell"]
