@@ -25,7 +25,7 @@ LAWS = {
 }
 
 
-def answers(name: str, robot: Robot) -> list[float]:
+def answers(name: str, robot: Robot) -> dict[str, list[float]]:
     """All that a law answers and remembers in two gait steps."""
     law, n, random = make_controller(name, robot, {}), len(robot.angles), np.random.default_rng(3)
     start = np.array(law.gait.start if law.gait else robot.after_touchdown(np.full(n, 0.1)))
@@ -45,4 +45,4 @@ def answers(name: str, robot: Robot) -> list[float]:
                 law.on_knee_strike(memory, t, *near(far))
         law.on_touchdown(memory, near(far)[0], *near(far))
         found += memory
-    return found
+    return {"all": found}

@@ -10,17 +10,14 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, partial
-from itertools import cycle
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import gymnasium
 import numpy as np
 from engines.conformance.cases import QUICK, name_of, walk_of
 from golden_laws import LAWS, answers
-from golden_states import RESTLESS, WALKS, states
-from golden_states import numbers_in as numbers_in
+from golden_states import RESTLESS, WALKS, numbers_in, states
 from golden_walks import Case
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
@@ -32,8 +29,6 @@ import mjbiped
 import mjbiped.envs  # which gymnasium then knows
 from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
-from mjbiped.dynamics.integrate import IN_ORDER, PLACES, STAGES_WITH_DENSE
-from mjbiped.engines.hybrid.accounting import _turns
 from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
@@ -48,7 +43,8 @@ from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.robustness_walks import rough_from
 
 FILE = Path(__file__).with_name("golden_numbers.json")
-Sums = dict[str, list[float]]
+Named = dict[str, Any]
+"""Numbers of any shape by name."""
 
 ROBOTS: dict[str, Robot] = {
     robot.kind: robot
@@ -82,9 +78,9 @@ def sums(values: Any) -> list[float]:
     return [float(flat.size), float(flat.sum()), float(flat @ np.cos(np.arange(flat.size)))]
 
 
-def spec_sums(spec: Any) -> Sums:
-    """Of all floating-point numbers of a scene that is not compiled yet, by the kind of its parts."""
-    return {part: sums([number for each in getattr(spec, part) for number in _numbers_of(each)]) for part in _PARTS}
+def of_spec(spec: Any) -> Named:
+    """All floating-point numbers of a scene that is not compiled yet, by the kind of its parts."""
+    return {part: [number for each in getattr(spec, part) for number in _numbers_of(each)] for part in _PARTS}
 
 
 def _numbers_of(part: Any) -> Iterator[float]:
@@ -94,7 +90,7 @@ def _numbers_of(part: Any) -> Iterator[float]:
             yield from np.ravel(np.asarray(value, dtype=np.float64)).tolist()
 
 
-def scene(robot: str, ground: str, kind: str = "auto") -> Sums:
+def scene(robot: str, ground: str, kind: str = "auto") -> Named:
     """A robot's scene, and what is seen of the ground."""
     biped, terrain = ROBOTS[robot], GROUNDS[ground]
     layout = Ground(terrain, reach=6.0, kind=kind, half_width=2.0)
@@ -102,12 +98,12 @@ def scene(robot: str, ground: str, kind: str = "auto") -> Sums:
     spec = scene_spec(biped, layout, pieces, timestep=1e-4)
     if "hip_y" in biped.places:
         ends = add_surface(spec, layout, pieces, biped.leg_length, 1.0)
-        return {**spec_sums(spec), "sight": sums(ends)}
+        return {**of_spec(spec), "sight": ends}
     add_section(spec, layout, pieces, biped.leg_length)
-    return spec_sums(spec)
+    return of_spec(spec)
 
 
-def reference(model: CompassStep) -> Sums:
+def reference(model: CompassStep) -> Named:
     """Cost, constraints and derivatives of a motion that is no optimum, and its measures."""
     goal = Goal(speed=0.5, clearance=0.03, retraction=True, torque_limit=40.0, friction=0.6)
     points, own = model.guess(0.2)
@@ -116,11 +112,10 @@ def reference(model: CompassStep) -> Sums:
     told = tell(model, goal, x)
     cost, gradient, constraints, jacobian = evaluate(model, goal, 1e-2, x)
     measures = [each for each in told if isinstance(each, float)] + [*told.peak_torque, *told.broken.values()]
-    found = {"cost": [cost], "gradient": gradient, "constraints": constraints, "jacobian": jacobian, "told": measures}
-    return {name: sums(values) for name, values in found.items()}
+    return {"cost": [cost], "gradient": gradient, "constraints": constraints, "jacobian": jacobian, "told": measures}
 
 
-def environment(name: str, periods: int = 40, **settings: Any) -> Sums:
+def environment(name: str, periods: int = 40, **settings: Any) -> Named:
     """An episode with actions that swing."""
     made = gymnasium.make(f"mjbiped/{name}-v0", **settings)
     seen, told = made.reset(seed=5)
@@ -136,53 +131,38 @@ def environment(name: str, periods: int = 40, **settings: Any) -> Sums:
     flat = [np.concatenate([np.ravel(part) for part in row.values()]) if isinstance(row, dict) else row for row in rows]
     walk = made.unwrapped.walk()  # type: ignore[attr-defined]  # no method of gymnasium's
     found = {"observations": flat, "rewards": rewards, "info": [x for row in numbers for x in row]}
-    found |= {f"walk's {name}": walk.samples[name] for name in ("time", "qpos", "torque")}
-    return {name: sums(values) for name, values in found.items()}
+    return found | {f"walk's {name}": walk.samples[name] for name in ("time", "qpos", "torque")}
 
 
-def gait(found: Any) -> Sums:
+def gait(found: Any) -> Named:
     """All numbers that a gait tells, and its tables."""
     told = {name: getattr(found, name) for name in dir(found) if not name.startswith("_")}
     told |= {f"table {k}": np.array(table) for k, table in enumerate(told["tables"])}
     told["multipliers"] = abs(told.get("multipliers", np.zeros(1)))  # conjugate ones in any order
-    return {name: sums(value) for name, value in sorted(told.items()) if isinstance(value, float | np.ndarray)}
+    return {name: value for name, value in sorted(told.items()) if isinstance(value, float | np.ndarray)}
 
 
-def measures(case: Case) -> Sums:
+def measures(case: Case) -> Named:
     """What is told of a whole walk."""
     walk = walk_of(case)
-    found = {"summary": sums(numbers_in(walk.summary())), "peaks": sums(walk.peak_torque)}
-    return found if "kneed" in case.robot else {**found, "pressure": sums(walk.pressure_times)}
+    found = {"summary": numbers_in(walk.summary()), "peaks": walk.peak_torque}
+    return found if "kneed" in case.robot else {**found, "pressure": walk.pressure_times}
 
 
-def turns() -> list[bool]:
-    """Whether powers that are parabolas of time turn within a step."""
-    random, found = np.random.default_rng(1), []
-    for level, top, bend in zip(random.uniform(-0.1, 0.1, 200), random.uniform(-0.2, 1.2, 200), cycle((1.0, -1.0))):
-        powers = [[0.0]] * STAGES_WITH_DENSE
-        for stage, place in zip(IN_ORDER, PLACES, strict=True):
-            powers[stage] = [bend * (level + (place - top) ** 2)]
-        found.append(_turns(SimpleNamespace(size=1), SimpleNamespace(k=powers), 0, 0.01))  # type: ignore[arg-type]
-    return found
-
-
-def of_functions() -> Sums:
+def of_functions() -> Named:
     """What functions of few numbers give."""
     robot, forces = mjbiped.FootedCompass(), [(20.0, 90.0), (-10.0, 70.0), (0.0, 1e-3)]
     pressed = [pressure_place(robot, torque, force, 0.3) for force in forces for torque in (3.0, -2.0)]
     rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
     small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
     cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
-    values = numbers_in([dict(cell.values) for cell in cells])
-    found = {
-        "section V": values,
-        "turns": turns(),
+    return {
+        "section V": numbers_in([dict(cell.values) for cell in cells]),
         "pressure": pressed,
         "rough": rough,
         "servo": servo_gains(0.1, 0.7, 9.0),
         "peak": small.peak,
     }
-    return {name: sums(values) for name, values in found.items()}
 
 
 @cache
@@ -194,35 +174,25 @@ def in_space(name: str, engine: str) -> mjbiped.Walk:
     return mjbiped.walk(make_controller(law, robot, {}), ground, **asked)
 
 
-def columns(name: str, engine: str) -> Sums:
+def columns(name: str, engine: str) -> Named:
     """All columns of a walk in space."""
     walk = in_space(name, engine)
-    return {name: sums(column) for name, column in {**walk.samples, **walk.touchdowns}.items()}
+    return {**walk.samples, **walk.touchdowns}
 
 
-def within(name: str, engine: str) -> Sums:
-    """What an engine holds in the middle of a walk."""
-    return {part: sums(numbers) for part, numbers in states(name, engine).items()}
-
-
-def answered(name: str) -> Sums:
-    """What a law answers."""
-    return {"all": sums(answers(*LAWS[name]))}
-
-
-def figure_sums(figure: Figure) -> Sums:
-    """Of the places and ends of its axes, its lines and maps, and the sizes and places of its words."""
+def of_figure(figure: Figure) -> Named:
+    """The places and ends of its axes, its lines and maps, and the sizes and places of its words."""
     axes = [[*each.get_position().bounds, *each.get_xlim(), *each.get_ylim()] for each in figure.axes]
     lines: Any = [np.ravel(np.asarray(line.get_xydata(), dtype=float)) for line in figure.findobj(Line2D)]
     words: Any = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     places = [[text.get_fontsize(), *text.get_window_extent().bounds] for text in words]
     meshes: Any = figure.findobj(QuadMesh)
     maps = [np.ma.filled(mesh.get_array(), 7.0).ravel() for mesh in meshes]
-    parts = {"lines": np.concatenate([np.zeros(1), *lines]), "maps": np.concatenate([np.zeros(1), *maps])}
-    return {name: sums(values) for name, values in {"axes": axes, "words": places, **parts}.items()}
+    flat = {"lines": np.concatenate([np.zeros(1), *lines]), "maps": np.concatenate([np.zeros(1), *maps])}
+    return {"axes": axes, "words": places, **flat}
 
 
-CASES: Mapping[str, Callable[[], Sums]] = {
+CASES: Mapping[str, Callable[[], Named]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
     **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down")},
     "scene of boxes": partial(scene, "compass", "risers", "boxes"),
@@ -245,8 +215,8 @@ CASES: Mapping[str, Callable[[], Sums]] = {
     ),
     **{f"walk {name_of(case)}": partial(measures, case) for case in QUICK},
     **{f"{name} in space in {on}": partial(columns, name, on) for name in _IN_SPACE for on in ("hybrid", "mujoco")},
-    **{f"{on} within {name}": partial(within, name, on) for name in WALKS for on in ("hybrid", "mujoco")},
-    **{f"answers of {name}": partial(answered, name) for name in LAWS},
+    **{f"{on} within {name}": partial(states, name, on) for name in WALKS for on in ("hybrid", "mujoco")},
+    **{f"answers of {name}": partial(answers, *law) for name, law in LAWS.items()},
     "optimised gait": lambda: gait(mjbiped.find_reference(mjbiped.Compass(), clearance=0.06)),
 }
 
@@ -258,23 +228,25 @@ ELSEWHERE = [
 """Cases that tests check which make these walks, and find these gaits, anyway."""
 
 
-def check(case: str, found: Sums | None = None) -> None:
+def check(case: str, told: Named | None = None) -> None:
     """The sums of a case are what they were.
 
     Scenes and references to rounding. Others to 1e-6, where the linear algebra of three kinds of processors moves
     them by up to 3e-8; walks with knees to 1e-3, for 2e-4, since the search for their gait ends elsewhere on each;
     walks on narrow soles and with placed feet, whose torques stand at their bounds, to 1e-3 for 3e-5 and 1e-2 for 6e-4.
     Figures to 1e-4, and the one of branches, which are continued in other steps, to 1e-2 for 2e-3.
+    What engines hold in the middle of a walk, as `RESTLESS` says.
 
     Args:
         case: Its name.
-        found: Its sums, where `CASES` does not make them.
+        told: Its numbers, where `CASES` does not make them.
     """
     moved = {"scene": 1e-9, "reference": 1e-9, "walk kneed": 1e-3, "sole in": 1e-3, "placed feet": 1e-2}
     moved |= {"tests/plotting/test_figures.py::test_figures_are_legible[bif": 1e-2, "tests": 1e-4}
-    moved |= {f"{on} within {name}": 1e-2 for on in ("hybrid", "mujoco") for name in RESTLESS}
+    moved |= {f"{on} within {name}": each for on in ("hybrid", "mujoco") for name, each in RESTLESS.items()}
     close = next((each for begin, each in moved.items() if case.startswith(begin)), 1e-6)
-    found = CASES[case]() if found is None else found
+    told = CASES[case]() if told is None else told
+    found = {name: sums(values) for name, values in told.items()}
     stored = json.loads(FILE.read_text())
     if os.environ.get("GOLDEN") == "write":
         lines = [f"{json.dumps(name)}: {json.dumps(each)}" for name, each in {**stored, case: found}.items()]

@@ -37,14 +37,11 @@ ODD: dict[str, Robot] = {
 }
 """Robots whose legs are not 1 m long, and have no other number of the default ones; for the law that swings."""
 
+COMPARED = ("passivity", "energy-constraint", "limit-cycle")
 WALKS = {
     f"{robot} {law} {ground}": (robot, law, ground)
     for robot, laws, grounds in (
-        (
-            "compass",
-            ("swinging", "adaptive", "passivity", "energy-constraint", "limit-cycle"),
-            ("breaks", "downstairs"),
-        ),
+        ("compass", ("swinging", "adaptive", *COMPARED), ("breaks", "downstairs")),
         ("sole", ("swinging", "bounded-ankle", "supervised"), ("breaks", "mixed")),
         ("kneed", ("swinging", "adaptive"), ("breaks", "early riser", "later riser")),
         ("kneed on soles", ("bounded-ankle",), ("mixed",)),
@@ -74,15 +71,14 @@ def numbers_in(told: Any) -> list[float]:
     return [float(told)] if isinstance(told, int | float) else []
 
 
-RESTLESS = ("kneed adaptive", "kneed on", "sole bounded", "sole supervised", "compass limit-cycle")
-"""Walks whose numbers move by up to 1e-3 with the last bits of gravity, others by up to 1e-7."""
+RESTLESS = {"kneed adaptive": 1e-3, **dict.fromkeys(("kneed on", "sole bounded", "sole super", "compass limit"), 1e-4)}
+"""Walks whose numbers move by up to a tenth of this with gravity's last bits; those of others move by 1e-7."""
 
 
-def states(name: str, engine: str, heavier: float = 0.0) -> dict[str, list[float]]:
-    """The numbers at some moments of a walk, with a gravity that is greater by a share."""
+def states(name: str, engine: str) -> dict[str, list[float]]:
+    """The numbers at some moments of a walk."""
     kind, law, ground = WALKS[name]
-    usual: Any = ODD.get(kind, ROBOTS[kind]) if law == "swinging" else ROBOTS[kind]
-    robot = dataclasses.replace(usual, gravity=usual.gravity * (1.0 + heavier))
+    robot = ODD.get(kind, ROBOTS[kind]) if law == "swinging" else ROBOTS[kind]
     controller: Controller = SWINGING if law == "swinging" else make_controller(law, robot, {})
     q, dq = (values[: len(robot.angles)] for values in STARTS[kind])
     disturbed = Disturbances() if kind == "wheel" else LATE if law == "adaptive" else PUSHED

@@ -44,7 +44,7 @@ def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
     assert letters == sorted(set(letters))
     if name == "single":
         test = os.environ["PYTEST_CURRENT_TEST"].removesuffix(" (call)")
-        golden_numbers.check(test, golden_numbers.figure_sums(figure))
+        golden_numbers.check(test, golden_numbers.of_figure(figure))
 
 
 def texts(figure: Figure) -> list[Text]:

@@ -34,7 +34,7 @@ def test_same_arguments_same_record_until_steps_or_distance_are_made(controller:
         ({"engine": mjbiped.Hybrid}, r"Hybrid\(\)"),
         ({"initial": "sleeping"}, "gait, rest"),
         ({"controller": PassiveController}, "class"),
-        # ahead: it would have touched down; inside a riser
+        # ahead: it would have touched down, sin(0.3) along the slope and 1 - cos(0.3) under it; inside a riser
         (
             {"terrain": Terrain.incline(5.0), "initial": (0.3, 0.0, 1.0, 1.0)},
             "swing foot would start 0.0448 m under the ground, at x = 0.2905 m",

@@ -10,6 +10,7 @@ import golden_numbers
 import numpy as np
 import pytest
 from command_line import run
+from golden_states import numbers_in
 from hypothesis import given
 from hypothesis import strategies as st
 from legible import assert_legible
@@ -60,8 +61,7 @@ def test_the_walks_of_a_study(gait: mjbiped.PassiveGait) -> None:
     cells, tests = planned(SMALL).study.cells, kinds_of(SMALL)
     assert {test: tests.count(test) for test in tests} == {LEVEL: 4, "step up": 32, SURVIVAL: 24}
     assert all(cell.section("scuffing") == {"reach": 0.15, "delay": 0.1} for cell in cells)
-    values = golden_numbers.numbers_in([dict(cell.values) for cell in cells])
-    golden_numbers.check("walks of a study", {"all": golden_numbers.sums(values)})
+    golden_numbers.check("walks of a study", {"all": numbers_in([dict(cell.values) for cell in cells])})
     paired = [cell.terrain() for cell in of(cells, ground="waves", case=2)]
     assert (len(paired), len(set(paired))) == (4, 1)  # all controllers and engines on the same ground
     assert paired[0].x[-1] > 50 * 0.5  # as long as any walk
@@ -263,7 +263,7 @@ def test_findings_of_rows(result: Robustness, gait: mjbiped.PassiveGait) -> None
         3.3 * gait.start[2] * 13.2 * max(abs(gait.start[2:]))
     )  # three times as wide as that of `mjbiped basin`, either way
     assert one["basin"] == {"share": 0.75, "area_rad2_per_s2": pytest.approx(0.75 * window)}
-    golden_numbers.check("findings", {"all": golden_numbers.sums(golden_numbers.numbers_in(result.summary()))})
+    golden_numbers.check("findings", {"all": numbers_in(result.summary())})
 
 
 def test_tables_put_controllers_side_by_side(result: Robustness, tmp_path: Path) -> None:

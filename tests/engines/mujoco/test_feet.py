@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, SupervisedController
 from mjbiped.engines.mujoco import feet
+from mjbiped.engines.mujoco.feet import felt
 from mjbiped.engines.mujoco.observation import INTRUSION_WORDS, SQUEEZING_WORDS
 from mjbiped.robots.footed import FootedCompass
 
@@ -42,6 +45,36 @@ def test_a_box_across_an_edge_tells_how_far_the_ground_bears_it() -> None:
     assert behind[across] == pytest.approx(x[across] - edge, abs=1e-4)
     np.testing.assert_allclose(ahead, 0.12, atol=1e-4)
     np.testing.assert_allclose(np.delete(behind, across), 0.12, atol=1e-4)
+
+
+forces = st.tuples(st.floats(0.0, 300.0), st.floats(-200.0, 200.0))
+tilts = st.one_of(st.floats(-0.7, 0.7), st.just(math.radians(91.0)))  # of the ground, and of faces
+slots = st.lists(st.tuples(st.booleans(), tilts, forces, st.floats(-1e-3, 1e-3)), min_size=1, max_size=3)
+
+
+@given(slots, st.integers(0, 3))
+@settings(deadline=None, derandomize=True)
+def test_forces_of_all_contacts_are_added_as_vectors(contacts: list[Any], before: int) -> None:
+    """By slots as MuJoCo fills them: the force in the contact's frame, of which the lateral axis is the second.
+
+    The third axis is the cross product of the normal and the lateral axis. A face presses; what else it feels is none
+    of the ground's.
+    """
+    readings, total, depths, shear, found_face = [9.0] * before, np.zeros(3), [0.0], 0.0, False
+    for found, tilt, (pressed, rubbed), distance in contacts:
+        normal = np.array([math.sin(tilt), 0.0, -math.cos(tilt)])
+        readings += [float(found), pressed, 17.0, rubbed, distance, 0.0, 0.0, 0.0, *normal]
+        found_face |= found and tilt > 1.0
+        if found and tilt < 1.0:
+            total += pressed * normal + rubbed * np.cross(normal, [0.0, 1.0, 0.0])
+            depths.append(-distance)
+            shear += rubbed
+    leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
+    c: Any = SimpleNamespace(slots=len(readings) - before)
+    foot = felt(c, SimpleNamespace(q=[0.0] * 4), readings, leg)  # type: ignore[arg-type]
+    assert [foot.forward, -foot.downward, foot.shear] == pytest.approx([*total[[0, 2]], shear], abs=1e-12 * 1e3)
+    assert foot.pressure == pytest.approx(sum(contact[2][0] for contact in contacts if contact[0]))
+    assert (foot.depth, foot.ground, foot.face) == (max(depths), len(depths) > 1, found_face)
 
 
 SOLE = (0.12, 0.12)
