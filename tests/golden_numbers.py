@@ -16,7 +16,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 from engines.conformance.cases import QUICK, name_of, walk_of
-from golden_laws import LAWS, answers
+from golden_laws import LAWS, NARROW, answers
 from golden_states import RESTLESS, WALKS, numbers_in, states
 from golden_walks import Case
 from matplotlib.collections import QuadMesh
@@ -60,12 +60,11 @@ GROUNDS = {
     "to the side": Terrain.preset("incline", slope_deg=2, lateral_deg=3), "many": Terrain.random(seed=3),
     "down": Terrain.incline(4.0),
 }  # fmt: skip
-_SOLE: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
 _IN_SPACE: dict[str, tuple[Any, str, Terrain, int, float]] = {
-    "sole": (mjbiped.Compass3D(**_SOLE), "bounded-ankle", Terrain.level(), 3, 1.0),
+    "sole": (mjbiped.Compass3D(**NARROW), "bounded-ankle", Terrain.level(), 3, 1.0),
     "knees": (mjbiped.Kneed3D(), "adaptive", Terrain.level(), 1, 0.5),
     "bumps": (mjbiped.Compass3D(), "adaptive", GROUNDS["bumps"], 2, 0.3),
-    "placed feet": (mjbiped.Abducting3D(**_SOLE), "bounded-ankle", GROUNDS["to the side"], 2, 0.2),
+    "placed feet": (mjbiped.Abducting3D(**NARROW), "bounded-ankle", GROUNDS["to the side"], 2, 0.2),
 }  # robot, law, ground, steps, and a push to the left, N s
 _PARTS = ("geoms", "meshes", "hfields", "bodies", "joints", "sites", "pairs", "tendons", "actuators", "sensors")
 
@@ -181,13 +180,13 @@ def columns(name: str, engine: str) -> Named:
 
 
 def of_figure(figure: Figure) -> Named:
-    """The places and ends of its axes, its lines and maps, and the sizes and places of its words."""
+    """The places and ends of its axes, its lines, the colours of its maps, and the sizes and places of its words."""
     axes = [[*each.get_position().bounds, *each.get_xlim(), *each.get_ylim()] for each in figure.axes]
     lines: Any = [np.ravel(np.asarray(line.get_xydata(), dtype=float)) for line in figure.findobj(Line2D)]
     words: Any = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
     places = [[text.get_fontsize(), *text.get_window_extent().bounds] for text in words]
     meshes: Any = figure.findobj(QuadMesh)
-    maps = [np.ma.filled(mesh.get_array(), 7.0).ravel() for mesh in meshes]
+    maps = [mesh.to_rgba(mesh.get_array()).ravel() for mesh in meshes]
     flat = {"lines": np.concatenate([np.zeros(1), *lines]), "maps": np.concatenate([np.zeros(1), *maps])}
     return {"axes": axes, "words": places, **flat}
 
