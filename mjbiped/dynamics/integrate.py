@@ -228,7 +228,7 @@ def _error(c: Problem, w: Step, h: float) -> float:
             - 0.022355307863886294 * k11[i]
         )
         norm3, norm5 = norm3 + error3 * error3, norm5 + error5 * error5
-    if norm5 == 0.0 and norm3 == 0.0:
+    if norm5 == 0.0:
         return 0.0
     return h * norm5 / math.sqrt((norm5 + 0.01 * norm3) * c.judged)
 

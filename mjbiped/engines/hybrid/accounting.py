@@ -26,9 +26,7 @@ SHARES = tuple(far - near for near, far in pairwise(_BOUNDS))  # of the step, on
 NEGLIGIBLE = 1.0 + 1e-9  # ignore peaks within the step that are less than 1e-9 higher
 UNLOADED = 0.7  # of the weight: if the normal force falls below it, look for the least force within steps as well
 NO_WORK = 1e-14  # J in a step: rounding
-# shares of the power's spread in a step: if the power is farther from zero than FAR at all stages, it has no zero
-# between them; if a parabola through three stages comes nearer to zero than NEAR, the power may have one
-FAR, NEAR = 0.25, 0.05
+NEAR = 0.25  # of the power's spread in a step: if the power is farther from zero at all stages, it has no zero between
 
 
 def accumulate(c: Constants, w: State, h: float) -> bool:
@@ -152,27 +150,13 @@ def write_torques(c: Constants, w: State, t: float, y: Floats) -> float:
 
 
 def _turns(c: Constants, w: State, component: int, h: float) -> bool:
-    """Whether a joint's power seems to change its sign in the step, or twice between stages, as a parabola shows."""
+    """Whether a joint's power may change its sign in the step: at a stage it does, or comes near to zero."""
     least = greatest = row(w.k, 0, c.size)[component]
     for stage in IN_ORDER:
         power = row(w.k, stage, c.size)[component]
         least, greatest = min(least, power), max(greatest, power)
     spread = greatest - least
-    if spread * h <= NO_WORK:
-        return False
-    if least < 0.0 < greatest:
-        return True
-    sign = 1.0 if greatest > 0.0 else -1.0
-    if min(abs(least), abs(greatest)) > FAR * spread:
-        return False
-    for i in range(1, len(IN_ORDER) - 1):
-        middle = sign * row(w.k, IN_ORDER[i], c.size)[component]
-        left = middle - sign * row(w.k, IN_ORDER[i - 1], c.size)[component]
-        right = sign * row(w.k, IN_ORDER[i + 1], c.size)[component] - middle
-        slope, bend, before, after = _parabola(i, left, right)
-        if -2.0 * bend * before < -slope < 2.0 * bend * after and middle - slope * slope / (4.0 * bend) < NEAR * spread:
-            return True
-    return False
+    return spread * h > NO_WORK and least < NEAR * spread and greatest > -NEAR * spread
 
 
 def _total_variation(c: Constants, w: State, component: int) -> float:

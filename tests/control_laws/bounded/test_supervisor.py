@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from golden_numbers import check
 
 import mjbiped
 from controllers import AdaptiveController, BoundedAnkleController, Controller, LibraryController, SupervisedController
@@ -83,9 +84,10 @@ def test_it_foresees_with_what_bears_the_foot(support: tuple[float, float], reco
     assert (memory[SUPPORT], memory[SUPPORT + 1]) == support  # it lasts for all of the step
 
 
-def test_the_best_of_the_grid_is_chosen() -> None:
+@pytest.mark.parametrize("rates", [(0.72, 0.8), (1.5, 1.0)])
+def test_the_best_of_the_grid_is_chosen(rates: tuple[float, float]) -> None:
     """Early ends of the search change nothing: against all costs, each computed to its end."""
-    law, memory, state = short(), memory_of(short()), state_of(short(), 1.0, 1.0, 0.72, 0.8)
+    law, memory, state = short(), memory_of(short()), state_of(short(), 1.0, 1.0, *rates)
     few, grid = list(law.parameters), int(law.parameters[SUPERVISION]) + GRID
     few[grid + 2], few[grid + 5] = 2.0, 3.0
     ranges = (supervisor.Range(*few[at : at + 3]) for at in range(grid, grid + 9, 3))
@@ -95,6 +97,7 @@ def test_the_best_of_the_grid_is_chosen() -> None:
     best = min(costs, key=lambda each: costs[each])
     assert (found, step.half, len(costs) % 6) == (costs[best], best[1], 0)
     assert sum(cost < math.inf for cost in costs.values()) > 1
+    check(f"costs of recovery steps {rates}", {"costs": list(costs.values())})
 
 
 def foreseen(law: SupervisedController, state: State, slope: float, limit: int, times: float) -> tuple[float, State]:
