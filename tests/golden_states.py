@@ -1,9 +1,11 @@
 """All numbers that an engine holds in the middle of a walk: its state with the memory of the law, and its constants."""
 
+import cProfile
 import ctypes
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -75,8 +77,25 @@ RESTLESS = {"kneed adaptive": 1e-3, **dict.fromkeys(("kneed on", "sole bounded",
 """Walks whose numbers move by up to a tenth of this with gravity's last bits; those of others move by 1e-7."""
 
 
+COUNTED = (
+    "torque", "_torque", "ask", "rates", "value_at", "rate_at", "ground_force", "add_row", "height_of", "segment_near",
+    "swing_foot", "foot_after", "knee_after", "end_of_leg", "bin_of", "is_motion", "write_torques",
+)  # fmt: skip
+"""Functions whose calls tell how much an engine computes: laws, accelerations, values within steps, feet, heights."""
+
+
+def counted(advance: Callable[[], object]) -> list[float]:
+    """How often each of these functions is called."""
+    with cProfile.Profile(builtins=False) as profile:
+        advance()
+    calls = Counter[str]()
+    for each in profile.getstats():
+        calls[getattr(each.code, "co_name", "")] += each.callcount
+    return [float(calls[name]) for name in COUNTED]
+
+
 def states(name: str, engine: str) -> dict[str, list[float]]:
-    """The numbers at some moments of a walk."""
+    """The numbers at some moments of a walk, and how much was computed since the last one."""
     kind, law, ground = WALKS[name]
     robot = ODD.get(kind, ROBOTS[kind]) if law == "swinging" else ROBOTS[kind]
     controller: Controller = SWINGING if law == "swinging" else make_controller(law, robot, {})
@@ -87,7 +106,7 @@ def states(name: str, engine: str) -> dict[str, list[float]]:
         simulation = make_simulation(controller, GROUNDS[ground], timestep=1e-3, **given)
         found = {"constants": numbers_in(simulation.constants)}
         for moment in range(6):
-            simulation.advance(150)
+            found[f"calls {moment}"] = counted(lambda: simulation.advance(150))
             found[f"state {moment}"] = numbers_in(simulation.state)
         return found
     run = hybrid_run(controller, GROUNDS[ground], **given)
@@ -95,6 +114,6 @@ def states(name: str, engine: str) -> dict[str, list[float]]:
     for moment in range(8):
         w.rows = w.samples = 0
         w.pause = w.evaluations + 150.0
-        advance(run.constants, w)
+        found[f"calls {moment}"] = counted(lambda: advance(run.constants, w))
         found[f"state {moment}"] = [*numbers_in(w), acceleration_bound(run.constants, w)]
     return found
