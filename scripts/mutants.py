@@ -29,7 +29,7 @@ from typing import NamedTuple
 import click
 
 ROOT = Path(__file__).resolve().parents[1]
-COPIED = ("mjbiped", "controllers", "models", "scripts", "tests", "pyproject.toml")
+COPIED = ("mjbiped", "controllers", "models", "scripts", "tests", "docs", "pyproject.toml")
 LIMIT = 600
 """Seconds of a processor's time for a folder of tests, whatever else the machine does; a mutant for which they are not
 enough makes a test go on without end, and is noticed."""

@@ -33,11 +33,13 @@ from mjbiped.engines.mujoco.ground import Ground
 from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.surface import add_surface
+from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.gaits.optimisation import evaluate, tell
 from mjbiped.gaits.steps import CompassStep, Goal, KneedStep
 from mjbiped.records.loads import pressure_place
 from mjbiped.robots.robot import Robot
+from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.sole import servo_gains
 from mjbiped.studies.reproduction import reproduce
 from mjbiped.studies.robustness_walks import rough_from
@@ -50,7 +52,8 @@ ROBOTS: dict[str, Robot] = {
     robot.kind: robot
     for robot in (
         mjbiped.Compass(), mjbiped.FootedCompass(), replace(UNEQUAL, sole=(0.1, 0.05)), mjbiped.RoundCompass(),
-        mjbiped.RoundKneed(), mjbiped.RimlessWheel(), mjbiped.Compass3D(sole=(0.1, 0.1), sole_width=0.08),
+        mjbiped.RoundKneed(), mjbiped.RimlessWheel(),
+        mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45, sole=(0.1, 0.1), sole_width=0.08),
         mjbiped.Abducting3D(), mjbiped.Kneed3D(),
     )
 }  # fmt: skip
@@ -119,6 +122,7 @@ def environment(name: str, periods: int = 40, **settings: Any) -> Named:
     made = gymnasium.make(f"mjbiped/{name}-v0", **settings)
     seen, told = made.reset(seed=5)
     assert made.action_space.shape
+    flattened: Any = [gymnasium.spaces.flatten_space(space) for space in (made.action_space, made.observation_space)]
     rows, rewards, numbers = [seen], [], []
     for k in range(periods):
         seen, reward, ended, cut, told = made.step(0.2 * np.cos(k + np.arange(made.action_space.shape[0])))
@@ -129,7 +133,8 @@ def environment(name: str, periods: int = 40, **settings: Any) -> Named:
             break
     flat = [np.concatenate([np.ravel(part) for part in row.values()]) if isinstance(row, dict) else row for row in rows]
     walk = made.unwrapped.walk()  # type: ignore[attr-defined]  # no method of gymnasium's
-    found = {"observations": flat, "rewards": rewards, "info": [x for row in numbers for x in row]}
+    bounds = [bound for space in flattened for bound in (*space.low, *space.high)]
+    found = {"bounds": bounds, "observations": flat, "rewards": rewards, "info": [x for row in numbers for x in row]}
     return found | {f"walk's {name}": walk.samples[name] for name in ("time", "qpos", "torque")}
 
 
@@ -154,6 +159,9 @@ def of_functions() -> Named:
     pressed = [pressure_place(robot, torque, force, 0.3) for force in forces for torque in (3.0, -2.0)]
     rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
     small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
+    drawn = (Terrain.random(seed=5, segment_length=(0.04, 0.4)), Terrain.random(roughness=1e-3, spacing=0.12))
+    grounds, seen = [Ground(terrain, reach=20.0) for terrain in drawn], ((0.0, 0.3), (7.0, 2.0), (15.0, 0.3))
+    windows = [piece.segments for ground in grounds for x, length in seen for piece in ground.window(x, 1.5, length)]
     cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
     return {
         "section V": numbers_in([dict(cell.values) for cell in cells]),
@@ -161,6 +169,7 @@ def of_functions() -> Named:
         "rough": rough,
         "servo": servo_gains(0.1, 0.7, 9.0),
         "peak": small.peak,
+        "windows": [(each.start, each.stop) for each in windows],
     }
 
 
@@ -171,6 +180,18 @@ def in_space(name: str, engine: str) -> mjbiped.Walk:
     pushes = Disturbances(pushes=[(0.3, push)], push_direction=math.pi / 2)
     asked: dict[str, Any] = {"engine": engine, "steps": steps, "disturbances": pushes, "sample_period": 0.02}
     return mjbiped.walk(make_controller(law, robot, {}), ground, **asked)
+
+
+def leaning_in_space() -> Named:
+    """What MuJoCo's walk tells of a robot that leans, rolls and turns far on a lateral slope."""
+    law = make_controller("adaptive", mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45), {})
+    terms = Terms(mjbiped.Mujoco(), 3, None, law.robot, None, ScuffingRule())
+    run: Any = terms.engine.start(make_plan(terms, law, GROUNDS["to the side"], "gait"))
+    run.data.qpos[:] += 0.3 * np.cos(np.arange(run.model.nq))
+    run.data.qvel[:] += np.cos(1.0 + np.arange(run.model.nv))
+    run._hold(run.footing, 2.0)
+    judged = [run.judged(np.array([x, 2.0 * x, z]), x) for x in (0.1, 3.0) for z in np.arange(0.0, 1.5, 0.05)]
+    return {"seen": run.seen(), "held": run.model.wrap_prm, "judged": judged, "posture": run.posture(run.q)}
 
 
 def columns(name: str, engine: str) -> Named:
@@ -208,6 +229,7 @@ CASES: Mapping[str, Callable[[], Named]] = {
         mjbiped.find_kneed_gait(mjbiped.KneedBiped.halved_rods(), math.radians(5.5))
     ),
     "gait of McGeer's machine": lambda: gait(mjbiped.find_kneed_gait(mjbiped.RoundKneed(), 0.0456)),
+    "roll beside a gait with knees": lambda: gait(make_controller("adaptive", ROBOTS["kneed3d"], {}).gait),
     "gait in space with knees": lambda: gait(mjbiped.find_gait_in_space(mjbiped.Kneed3D(), math.radians(3.0))),
     "gait in space": lambda: gait(
         mjbiped.find_gait_in_space(mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45), math.radians(2.0))
@@ -216,6 +238,7 @@ CASES: Mapping[str, Callable[[], Named]] = {
     **{f"{name} in space in {on}": partial(columns, name, on) for name in _IN_SPACE for on in ("hybrid", "mujoco")},
     **{f"{on} within {name}": partial(states, name, on) for name in WALKS for on in ("hybrid", "mujoco")},
     **{f"answers of {name}": partial(answers, *law) for name, law in LAWS.items()},
+    "leaning in space": leaning_in_space,
     "optimised gait": lambda: gait(mjbiped.find_reference(mjbiped.Compass(), clearance=0.06)),
 }
 

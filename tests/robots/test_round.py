@@ -2,6 +2,7 @@
 
 import math
 
+import golden_numbers
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -47,6 +48,7 @@ def test_a_hip_over_large_feet_has_not_fallen(engine: str) -> None:
     """It is 0.5 leg lengths above the arcs' centres, and those are 0.5 above the ground."""
     robot = RoundCompass(foot_radius=0.5)
     gait = mjbiped.find_passive_gait(robot, SLOPE)
+    golden_numbers.check("gait of round legs", golden_numbers.gait(gait))
     ground = mjbiped.Terrain.incline(math.degrees(SLOPE))
     walk = mjbiped.walk(PassiveController(), ground, robot=robot, engine=engine, steps=2, initial=gait.start)
     assert (walk.outcome, walk.steps) == ("finished", 2)

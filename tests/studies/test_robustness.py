@@ -239,7 +239,9 @@ def result() -> Robustness:
             outcome = "finished" if steps == 100 and case else "fell"
             rows.append(row(SURVIVAL, controller, steps, outcome, ground="treads", case=case))
             rows.append(row("step up", controller, 24, "finished", magnitude=0.02, case=case))
-            rows.append(row("step up", controller, 6, "fell" if case else "finished", magnitude=0.04, case=case))
+            outcome = "fell" if case and steps < 100 else "finished"  # the other in spite of a pull on the ground
+            pulls = {"steps_violating_contact": steps // 100}
+            rows.append(row("step up", controller, 6, outcome, magnitude=0.04, case=case, **pulls))
             rows.append(row("step down", controller, 24, "finished", magnitude=0.1, case=case, peak_hip_torque_Nm=peak))
         rows += [row(BASIN, controller, 20, "fell" if case == 2 else "finished", case=case) for case in range(4)]
     rows.append(row(SURVIVAL, "two", 0, "failed", ground="treads", case=1, error="no gait"))
@@ -258,6 +260,8 @@ def test_findings_of_rows(result: Robustness, gait: mjbiped.PassiveGait) -> None
     assert (up["foot_length_99_percent_m"], up["beyond_what_was_tried"]) == (0.05, False)
     assert (down["magnitude"], down["beyond_what_was_tried"]) == (0.1, True)
     assert two["greatest_survived"]["step down"]["magnitude"] is None  # beyond the torque that is allowed
+    up = two["greatest_survived"]["step up"]
+    assert (up["magnitude"], up["with_contact_violated"]) == (0.02, 0.04)
     assert (one["errors"], two["errors"]) == ([], ["no gait"])
     window = (
         3.3 * gait.start[2] * 13.2 * max(abs(gait.start[2:]))

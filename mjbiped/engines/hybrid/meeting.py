@@ -234,7 +234,7 @@ def _kind(c: Constants, w: State, before: float, after: float) -> int:
         return TOUCHDOWN
     face = numbers(c.x, c.segments)[max(own, other)]
     top = height_of(c, other, face)
-    if top - height_of(c, own, face) < CORNER or swing_foot(c, w, numbers(w.spare, c.size))[1] > top - CORNER:
+    if swing_foot(c, w, numbers(w.spare, c.size))[1] > top - CORNER:
         return TOUCHDOWN
     w.face_x, w.face_top, w.face_segment = face, top, own
     return FACE_IMPACT

@@ -216,7 +216,7 @@ def _hold_knee(c: Constants, u: State, leg: Leg, stands: bool, damping: float) -
     elif c.knee_opens and lands:
         active, flexion = False, 0.0
     elif c.knee_stiffness > 0.0:
-        active, flexion = lands, u.q[leg.knee] if lands else 0.0
+        active, flexion = lands, u.q[leg.knee]
     else:
         active, flexion = True, u.rest
     octets(c.eq_active, c.neq)[leg.lock] = 1 if active else 0
