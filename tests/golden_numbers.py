@@ -134,7 +134,7 @@ def environment(name: str, periods: int = 40, **settings: Any) -> Named:
     flat = [np.concatenate([np.ravel(part) for part in row.values()]) if isinstance(row, dict) else row for row in rows]
     walk = made.unwrapped.walk()  # type: ignore[attr-defined]  # no method of gymnasium's
     bounds = [bound for space in flattened for bound in (*space.low, *space.high)]
-    found = {"bounds": bounds, "observations": flat, "rewards": rewards, "info": [x for row in numbers for x in row]}
+    found = {"bounds": bounds, "outcome": [*map(ord, walk.outcome)], "observations": flat, "rewards": rewards, "info": [x for row in numbers for x in row]}
     return found | {f"walk's {name}": walk.samples[name] for name in ("time", "qpos", "torque")}
 
 
@@ -191,7 +191,11 @@ def leaning_in_space() -> Named:
     run.data.qvel[:] += np.cos(1.0 + np.arange(run.model.nv))
     run._hold(run.footing, 2.0)
     judged = [run.judged(np.array([x, 2.0 * x, z]), x) for x in (0.1, 3.0) for z in np.arange(0.0, 1.5, 0.05)]
-    return {"seen": run.seen(), "held": run.model.wrap_prm, "judged": judged, "posture": run.posture(run.q)}
+    law = make_controller("bounded-ankle", mjbiped.Compass3D(**NARROW), {})
+    planned = make_plan(replace(terms, engine=mjbiped.Hybrid(), robot=law.robot), law, GROUNDS["to the side"], "gait")
+    on_sole: Any = planned.terms.engine.start(planned)
+    bounded = on_sole._driven(np.array([30.0, 5.0, 20.0]), on_sole.q, on_sole.dq)
+    return {"bounded": np.concatenate(bounded), "seen": run.seen(), "held": run.model.wrap_prm, "judged": judged, "posture": run.posture(run.q)}
 
 
 def columns(name: str, engine: str) -> Named:
@@ -221,6 +225,7 @@ CASES: Mapping[str, Callable[[], Named]] = {
     "reference with knees": lambda: reference(KneedStep(replace(UNEQUAL, sole=(0.1, 0.08)))),
     "functions": of_functions,
     "environment": partial(environment, "CompassWalk", 120),
+    "environment of erring sensors": partial(environment, "CompassWalk", 60, disturbances={"angle_noise": 1e-3}),
     "environment with knees": partial(environment, "KneedWalkStairs"),
     "environment in space": partial(environment, "Compass3D"),
     "gait": lambda: gait(mjbiped.find_passive_gait(mjbiped.Compass(4.0, 3.0, 0.4, 0.45), math.radians(2.0))),
