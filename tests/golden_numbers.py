@@ -30,7 +30,7 @@ import mjbiped.envs  # which gymnasium then knows
 from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import scene_spec
+from mjbiped.engines.mujoco.scene import GroundWindows, scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
 from mjbiped.engines.mujoco.surface import add_surface
 from mjbiped.engines.plan import Terms, make_plan
@@ -162,6 +162,7 @@ def of_functions() -> Named:
     drawn = (Terrain.random(seed=5, segment_length=(0.04, 0.4)), Terrain.random(roughness=1e-3, spacing=0.12))
     grounds, seen = [Ground(terrain, reach=20.0) for terrain in drawn], ((0.0, 0.3), (7.0, 2.0), (15.0, 0.3))
     windows = [piece.segments for ground in grounds for x, length in seen for piece in ground.window(x, 1.5, length)]
+    scenes = [GroundWindows(robot, ground, 1e-3, 2.0).about(x) for ground in grounds for x in (0.0, 7.0, 19.0)]
     cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
     return {
         "section V": numbers_in([dict(cell.values) for cell in cells]),
@@ -170,6 +171,7 @@ def of_functions() -> Named:
         "servo": servo_gains(0.1, 0.7, 9.0),
         "peak": small.peak,
         "windows": [(each.start, each.stop) for each in windows],
+        "scenes": [(each.start, each.end, *each.inside) for each in scenes],
     }
 
 
