@@ -3,15 +3,15 @@
 from typing import Any
 
 import numpy as np
+from golden_walks import COMPARED
 
 import mjbiped
 from mjbiped.control.registry import make_controller
 from mjbiped.robots.robot import Robot
 
 NARROW: dict[str, Any] = {"sole": (0.12, 0.12), "sole_width": 0.08}
-_COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")
 _DRIVEN: tuple[tuple[Robot, tuple[str, ...]], ...] = (
-    (mjbiped.Compass(), ("adaptive", "supervised", "library", *_COMPARED)),
+    (mjbiped.Compass(), ("adaptive", "supervised", "library", *COMPARED)),
     (mjbiped.Compass(4.0, 3.0, sole=(0.1, 0.08)), ("bounded-ankle", "supervised")),
     (mjbiped.FootedCompass(), ("bounded-ankle",)),
     (mjbiped.KneedBiped(), ("adaptive",)),

@@ -85,15 +85,12 @@ class Case(NamedTuple):
     disturbed: bool = False
 
 
+COMPARED = ("passivity", "energy-constraint", "kinetic-energy", "limit-cycle")
 _ASKED: list[tuple[Any, ...]] = [
     ("compass", "adaptive", ("level", "3 up", "mixed", "downstairs", "random"), BOTH),
     ("compass", "passive", ("2 down", "3 down"), BOTH),
     ("compass", "library", ("mixed",), BOTH),
-    ("compass", "policy", ("level",), BOTH),
-    ("compass", "passivity", ("level",), BOTH),
-    ("compass", "energy-constraint", ("level",), BOTH),
-    ("compass", "kinetic-energy", ("level",), BOTH),
-    ("compass", "limit-cycle", ("level",), BOTH),
+    *(("compass", law, ("level",), BOTH) for law in ("policy", *COMPARED)),
     ("compass", "adaptive", ("mixed",), ("4 ms", "plain", "boxes")),
     ("heavy hip", "adaptive", ("3 down",), BOTH),
     ("sole", "adaptive", ("level",), BOTH),

@@ -5,9 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from simulations import hybrid_run
 
 import mjbiped
 from controllers import BoundedAnkleController, Controller
+from mjbiped.engines.hybrid.meeting import clearance_of, clearance_rate
+from mjbiped.numerics.blocks import numbers
 
 FOOTED = mjbiped.FootedCompass()
 SOLED = mjbiped.Compass(sole=FOOTED.sole)
@@ -55,3 +58,21 @@ def test_a_foot_tips_and_comes_down(pulse: Pulse, sign: float) -> None:
     assert end == pytest.approx(0.12, abs=1e-7)  # the moment of tipping is known to 1e-9 s
     edge = FOOTED.outline(places)[:, 0, -1 if sign > 0 else -2]
     np.testing.assert_allclose(edge - edge[0], 0.0, atol=1e-9)  # it stays where it is
+
+
+@pytest.mark.parametrize(("tilt", "turning"), [(0.3, 0.5), (-0.2, 2.0)])
+def test_the_rate_of_a_foots_clearance_is_its_derivative(tilt: float, turning: float) -> None:
+    """Of the sole's lower edge, toe or heel, over a slope; central differences err by their width squared."""
+    run = hybrid_run(Pulse(1.0, 0.1, 0.2), DOWN, robot=FOOTED, q=(-0.2, 0.2, 0.0, 0.0), dq=(1.0,) * 4, compile=False)
+    c, w, width = run.constants, run.state, 1e-5
+    y = numbers(w.y, c.size).copy()
+    y[c.foot + 1], y[c.angles + c.foot + 1] = tilt, turning
+
+    def clearance(t: float) -> float:
+        moved = y.copy()
+        moved[c.foot + 1] += t * turning
+        return clearance_of(c, w, moved, 0, 0.4 + 0.6 * t, 0.3 - 0.2 * t)
+
+    rate = clearance_rate(c, w, y, 0, 0.6, -0.2)
+    assert (clearance(width) - clearance(-width)) / (2.0 * width) == pytest.approx(rate, abs=1e-9)
+    assert clearance(0.0) < 0.3 - DOWN.height_at(0.4) - 0.02  # the edge is below the ankle
