@@ -62,6 +62,7 @@ GROUNDS = {
     "mixed": Terrain.mixed(), "risers": STEEP, "bumps": Terrain.preset("bumps", rms=0.01, seed=3),
     "to the side": Terrain.preset("incline", slope_deg=2, lateral_deg=3), "many": Terrain.random(seed=3),
     "down": Terrain.incline(4.0),
+    "ridges": Terrain((0.0, 0.5, 1.0), (0.0, -0.2, -0.1), (math.atan(0.4), math.atan(-0.2), 0.5)),
 }  # fmt: skip
 _IN_SPACE: dict[str, tuple[Any, str, Terrain, int, float]] = {
     "sole": (mjbiped.Compass3D(**NARROW), "bounded-ankle", Terrain.level(), 3, 1.0),
@@ -232,7 +233,7 @@ def of_figure(figure: Figure) -> Named:
 
 CASES: Mapping[str, Callable[[], Named]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
-    **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down")},
+    **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down", "ridges")},
     "scene of boxes": partial(scene, "compass", "risers", "boxes"),
     "scene on bumps": partial(scene, "compass3d", "bumps"),
     "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(lower_length=0.4, sole=(0.1, 0.08)))),

@@ -65,7 +65,7 @@ def test_the_rate_of_a_foots_clearance_is_its_derivative(tilt: float, turning: f
     """Of the sole's lower edge, toe or heel, over a slope; central differences err by their width squared."""
     run = hybrid_run(Pulse(1.0, 0.1, 0.2), DOWN, robot=FOOTED, q=(-0.2, 0.2, 0.0, 0.0), dq=(1.0,) * 4, compile=False)
     c, w, width = run.constants, run.state, 1e-5
-    y = numbers(w.y, c.size).copy()
+    y = np.array(numbers(w.y, c.size))
     y[c.foot + 1], y[c.angles + c.foot + 1] = tilt, turning
 
     def clearance(t: float) -> float:
