@@ -62,7 +62,7 @@ GROUNDS = {
     "mixed": Terrain.mixed(), "risers": STEEP, "bumps": Terrain.preset("bumps", rms=0.01, seed=3),
     "to the side": Terrain.preset("incline", slope_deg=2, lateral_deg=3), "many": Terrain.random(seed=3),
     "down": Terrain.incline(4.0),
-    "ridges": Terrain((0.0, 0.5, 1.0), (0.0, -0.2, -0.1), (math.atan(0.4), math.atan(-0.2), 0.5)),
+    "ridges": Terrain((0.0, 0.5, 1.0, 1.5), (0.0, 0.0, -0.2, -0.1), (0.0, math.atan(0.4), math.atan(-0.2), 0.5)),
 }  # fmt: skip
 _IN_SPACE: dict[str, tuple[Any, str, Terrain, int, float]] = {
     "sole": (mjbiped.Compass3D(**NARROW), "bounded-ankle", Terrain.level(), 3, 1.0),

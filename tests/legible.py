@@ -17,7 +17,7 @@ ROUNDING = 1.0  # pixels
 def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
     """The figure has the width of that name; its letters are of its size, inside, apart; panels differ in letters.
 
-    At the width of one column, a figure also is what it was.
+    In print, a figure also is what it was.
 
     Args:
         figure: Any.
@@ -42,7 +42,7 @@ def assert_legible(figure: Figure, name: str, *, smallest: float = 7.0) -> None:
         assert min(across, up) <= ROUNDING, (one.get_text(), other.get_text())
     letters = [found for axes in figure.axes for found in re.findall(r"^\((\w)\)", axes.get_title(loc="left"))]
     assert letters == sorted(set(letters))
-    if name == "single":
+    if name != "slide":
         test = os.environ["PYTEST_CURRENT_TEST"].removesuffix(" (call)")
         golden_numbers.check(test, golden_numbers.of_figure(figure))
 

@@ -41,7 +41,7 @@ def rows_of(text: str) -> tuple[Study, list[Row]]:
 
 
 @pytest.mark.parametrize(
-    "width", [pytest.param(name, marks=() if name == "single" else pytest.mark.slow) for name in WIDTHS]
+    "width", [pytest.param(name, marks=() if name == "double" else pytest.mark.slow) for name in WIDTHS]
 )
 @pytest.mark.parametrize(
     ("text", "name"),

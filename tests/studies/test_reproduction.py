@@ -159,6 +159,7 @@ def test_tracking_errors_are_those_at_the_touchdowns(controller: AdaptiveControl
     # by (9), d/dt z1 = z2 - K1 z1
     assert found["trace_z1"] <= math.degrees(found["trace_z2"] / controller.position_gain)
     assert found["trace_z2"] >= np.abs(z2).max() * 0.9
+    golden_numbers.check("traces of a walk", {"all": [found[name] for name in sorted(found)]})
     assert not {"trace_straight", "trace_bent"} & set(found)  # which steps follow the gait, no plan says
 
 
