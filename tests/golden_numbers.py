@@ -30,8 +30,10 @@ import mjbiped.envs  # which gymnasium then knows
 from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
 from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.scene import GroundWindows, scene_spec
+from mjbiped.engines.mujoco.options import Options
+from mjbiped.engines.mujoco.scene import scene_spec
 from mjbiped.engines.mujoco.scenery import add_section
+from mjbiped.engines.mujoco.setup import windows_of
 from mjbiped.engines.mujoco.surface import add_surface
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.envs.tasks import WalkTask
@@ -167,9 +169,15 @@ def of_functions() -> Named:
     rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
     small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
     drawn = (Terrain.random(seed=5, segment_length=(0.04, 0.4)), Terrain.random(roughness=1e-3, spacing=0.12))
-    grounds, seen = [Ground(terrain, reach=20.0) for terrain in drawn], ((0.0, 0.3), (7.0, 2.0), (15.0, 0.3))
-    windows = [piece.segments for ground in grounds for x, length in seen for piece in ground.window(x, 1.5, length)]
-    scenes = [GroundWindows(robot, ground, 1e-3, 2.0).about(x) for ground in grounds for x in (0.0, 7.0, 19.0)]
+    terms, law = (
+        Terms(mjbiped.Mujoco(), None, 20.0, None, None, ScuffingRule()),
+        make_controller("passivity", robot, {}),
+    )
+    built = [
+        windows_of(make_plan(terms, law, ground, "rest"), Options(), 400, userdata=0, scenery=False) for ground in drawn
+    ]
+    scenes, seen = [each.about(x) for each in built for x in (0.0, 7.0, 19.0)], ((0.0, 0.3), (7.0, 2.0), (15.0, 0.3))
+    windows = [piece.segments for each in built for x, length in seen for piece in each.ground.window(x, 1.5, length)]
     cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
     return {
         "section V": numbers_in([dict(cell.values) for cell in cells]),

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import golden_numbers
 import mujoco
 import numpy as np
 import pytest
@@ -77,7 +78,7 @@ def test_bits_are_the_rule(name: str, ground: str) -> None:
     """Of feet at random places about random segments, above them and in them."""
     if name == "boxes" and ground == "auto":
         pytest.skip("a box stands on boxes")
-    random, robot, seen = np.random.default_rng(7), ROBOTS[name], []
+    random, robot, seen, told = np.random.default_rng(7), ROBOTS[name], [], []
     ranges: Any = {"segment_length": (0.1, 0.5), "slope_deg": (-4.0, 4.0), "rise": (-0.02, 0.02)}
     for seed in range(4):
         terrain = mjbiped.Terrain.random(seed=seed, length=5.0, **ranges)
@@ -101,6 +102,7 @@ def test_bits_are_the_rule(name: str, ground: str) -> None:
             mujoco.mj_kinematics(model, data)
             u.q[: model.nq] = data.qpos
             write_contact_bits(c, u)
+            told += [*model.geom_contype, *model.geom_conaffinity]
             for number, leg in enumerate(c.legs):
                 for foot in (leg.foot, leg.toe):
                     if foot < 0:
@@ -114,5 +116,6 @@ def test_bits_are_the_rule(name: str, ground: str) -> None:
                         rule = may_collide(c, u, number, (x, z), piece, riser)
                         assert bool(bits) == rule, (seed, number, x, z, piece, riser)
                         seen.append((riser, rule))
+    golden_numbers.check(f"bits of {name} on {ground}", {"all": told})
     often = {each for each in set(seen) if seen.count(each) > 50}  # of risers or not, and whether they may collide
     assert often == {(False, False), (False, True), (True, False), *([(True, True)] if name != "boxes" else [])}
