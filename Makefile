@@ -83,12 +83,12 @@ test-viewer: setup ## the viewer's window on a screen in memory; installs that o
 		test -z "$$missing" || { apt-get update -q && apt-get install -qy xvfb xdotool imagemagick; }
 	$(BIN)/python -m pytest -m viewer tests/viewing
 
-test-browser: setup ## reports in headless Chromium, which is installed (apt-get) where it is missing; pictures in out/screenshots
+test-browser: setup ## reports in headless Chromium, which is installed (apt-get) where it is missing
 	@command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null || \
 		{ apt-get update -qq && apt-get install -y -qq chromium; } || \
 		{ echo "Chromium is missing and cannot be installed from here: install it, then run make test-browser again"; exit 1; }
 	@$(INSTALL) -e '.[browser]'
-	MJBIPED_SCREENSHOTS=$(OUT)/screenshots $(BIN)/python -m pytest -m browser tests/reports
+	$(BIN)/python -m pytest -m browser tests/reports
 
 notebooks: setup ## execute docs/notebooks/ again, in place
 	@$(INSTALL) -e '.[notebooks]'

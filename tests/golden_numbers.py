@@ -7,7 +7,7 @@ sum that has moved names the place to look at, and is right where the change was
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -17,6 +17,7 @@ import gymnasium
 import numpy as np
 from engines.conformance.cases import QUICK, name_of, walk_of
 from golden_laws import LAWS, NARROW, answers
+from golden_scenes import GROUNDS, ROBOTS, scene, windows
 from golden_states import RESTLESS, WALKS, numbers_in, states
 from golden_walks import Case
 from matplotlib.collections import QuadMesh
@@ -29,18 +30,11 @@ import mjbiped
 import mjbiped.envs  # which gymnasium then knows
 from mjbiped import Disturbances, Terrain
 from mjbiped.control.registry import make_controller
-from mjbiped.engines.mujoco.ground import Ground
-from mjbiped.engines.mujoco.options import Options
-from mjbiped.engines.mujoco.scene import scene_spec
-from mjbiped.engines.mujoco.scenery import add_section
-from mjbiped.engines.mujoco.setup import windows_of
-from mjbiped.engines.mujoco.surface import add_surface
 from mjbiped.engines.plan import Terms, make_plan
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.gaits.optimisation import evaluate, tell
 from mjbiped.gaits.steps import CompassStep, Goal, KneedStep
 from mjbiped.records.loads import pressure_place
-from mjbiped.robots.robot import Robot
 from mjbiped.rules.scuffing import ScuffingRule
 from mjbiped.rules.sole import servo_gains
 from mjbiped.studies.reproduction import reproduce
@@ -50,29 +44,12 @@ FILE = Path(__file__).with_name("golden_numbers.json")
 Named = dict[str, Any]
 """Numbers of any shape by name."""
 
-ROBOTS: dict[str, Robot] = {
-    robot.kind: robot
-    for robot in (
-        mjbiped.Compass(), mjbiped.FootedCompass(), replace(UNEQUAL, sole=(0.1, 0.05)), mjbiped.RoundCompass(),
-        mjbiped.RoundKneed(), mjbiped.RimlessWheel(),
-        mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45, sole=(0.1, 0.1), sole_width=0.08),
-        mjbiped.Abducting3D(), mjbiped.Kneed3D(),
-    )
-}  # fmt: skip
-STEEP = Terrain.from_segments([(0.6, -6.0), (5.0, 3.0, 0.05), (2.0, 4.0, -0.1)])
-GROUNDS = {
-    "mixed": Terrain.mixed(), "risers": STEEP, "bumps": Terrain.preset("bumps", rms=0.01, seed=3),
-    "to the side": Terrain.preset("incline", slope_deg=2, lateral_deg=3), "many": Terrain.random(seed=3),
-    "down": Terrain.incline(4.0),
-    "ridges": Terrain((0.0, 0.5, 1.0, 1.5), (0.0, 0.0, -0.2, -0.1), (0.0, math.atan(0.4), math.atan(-0.2), 0.5)),
-}  # fmt: skip
 _IN_SPACE: dict[str, tuple[Any, str, Terrain, int, float]] = {
     "sole": (mjbiped.Compass3D(**NARROW), "bounded-ankle", Terrain.level(), 3, 1.0),
     "knees": (mjbiped.Kneed3D(), "adaptive", Terrain.level(), 1, 0.5),
     "bumps": (mjbiped.Compass3D(), "adaptive", GROUNDS["bumps"], 2, 0.3),
     "placed feet": (mjbiped.Abducting3D(**NARROW), "bounded-ankle", GROUNDS["to the side"], 2, 0.2),
 }  # robot, law, ground, steps, and a push to the left, N s
-_PARTS = ("geoms", "meshes", "hfields", "bodies", "joints", "sites", "pairs", "tendons", "actuators", "sensors")
 
 
 def sums(values: Any) -> list[float]:
@@ -81,31 +58,6 @@ def sums(values: Any) -> list[float]:
     flat = np.where(np.isfinite(flat), flat, 7.0)
     flat = np.sign(flat) * np.log1p(np.abs(flat))
     return [float(flat.size), float(flat.sum()), float(flat @ np.cos(np.arange(flat.size)))]
-
-
-def of_spec(spec: Any) -> Named:
-    """All floating-point numbers of a scene that is not compiled yet, by the kind of its parts."""
-    return {part: [number for each in getattr(spec, part) for number in _numbers_of(each)] for part in _PARTS}
-
-
-def _numbers_of(part: Any) -> Iterator[float]:
-    for name in sorted(name for name in dir(part) if not name.startswith("_")):
-        value = getattr(part, name)
-        if isinstance(value, float | np.ndarray) or type(value).__name__ in ("MjDoubleVec", "MjFloatVec"):
-            yield from np.ravel(np.asarray(value, dtype=np.float64)).tolist()
-
-
-def scene(robot: str, ground: str, kind: str = "auto") -> Named:
-    """A robot's scene, and what is seen of the ground."""
-    biped, terrain = ROBOTS[robot], GROUNDS[ground]
-    layout = Ground(terrain, reach=6.0, kind=kind, half_width=2.0)
-    pieces = layout.window(1.0, 4.0 * biped.leg_length, biped.leg_length)
-    spec = scene_spec(biped, layout, pieces, timestep=1e-4)
-    if "hip_y" in biped.places:
-        ends = add_surface(spec, layout, pieces, biped.leg_length, 1.0)
-        return {**of_spec(spec), "sight": ends}
-    add_section(spec, layout, pieces, biped.leg_length)
-    return of_spec(spec)
 
 
 def reference(model: CompassStep) -> Named:
@@ -168,16 +120,6 @@ def of_functions() -> Named:
     pressed = [pressure_place(robot, torque, force, 0.3) for force in forces for torque in (3.0, -2.0)]
     rough = [rough_from(words) for words in ("waves", "waves:longest=3", "treads")]
     small = WalkTask("walk_level", robot=mjbiped.Compass(lower_length=0.2))
-    drawn = (Terrain.random(seed=5, segment_length=(0.04, 0.4)), Terrain.random(roughness=1e-3, spacing=0.12))
-    terms, law = (
-        Terms(mjbiped.Mujoco(), None, 20.0, None, None, ScuffingRule()),
-        make_controller("passivity", robot, {}),
-    )
-    built = [
-        windows_of(make_plan(terms, law, ground, "rest"), Options(), 400, userdata=0, scenery=False) for ground in drawn
-    ]
-    scenes, seen = [each.about(x) for each in built for x in (0.0, 7.0, 19.0)], ((0.0, 0.3), (7.0, 2.0), (15.0, 0.3))
-    windows = [piece.segments for each in built for x, length in seen for piece in each.ground.window(x, 1.5, length)]
     cells = [*reproduce.table_2(), *reproduce.table_3("hybrid"), *reproduce.start(), *reproduce.figure_5("mujoco")]
     return {
         "section V": numbers_in([dict(cell.values) for cell in cells]),
@@ -185,8 +127,6 @@ def of_functions() -> Named:
         "rough": rough,
         "servo": servo_gains(0.1, 0.7, 9.0),
         "peak": small.peak,
-        "windows": [(each.start, each.stop) for each in windows],
-        "scenes": [(each.start, each.end, *each.inside) for each in scenes],
     }
 
 
@@ -247,6 +187,7 @@ CASES: Mapping[str, Callable[[], Named]] = {
     "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(lower_length=0.4, sole=(0.1, 0.08)))),
     "reference with knees": lambda: reference(KneedStep(replace(UNEQUAL, sole=(0.1, 0.08)))),
     "functions": of_functions,
+    "windows": windows,
     "environment": partial(environment, "CompassWalk", 120),
     "environment of erring sensors": partial(environment, "CompassWalk", 60, disturbances={"angle_noise": 1e-3}),
     "environment with knees": partial(environment, "KneedWalkStairs"),

@@ -1,24 +1,14 @@
 """Walks whose records stay what they are while the inside of the house changes: robots, engines, grounds and laws.
 
-`python tests/golden_walks.py` walks all of them again and writes `golden_walks.npz`: the columns of each walk, and how
-far each column moves where gravity differs by its last bits. Rounding decides now and then whether an integration step
-of the hybrid engine is rejected, after which peaks of forces are taken at other moments.
-
-Each also moves where gaits and references are searched for with the linear algebra of another processor, since the
-search then ends elsewhere within its own tolerance: walks of several processors are compared with those of this one.
-`python tests/golden_walks.py moved` measures this alone, and keeps the columns.
+`scripts.golden_walks` walked all of them, and wrote the columns of each walk into `golden_walks.npz`, with how far each
+column moves where gravity differs by its last bits, and with the linear algebra of other processors.
 """
 
 import dataclasses
-import os
-import subprocess
-import sys
-import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import stored_references
 from numpy.typing import NDArray
 
 import mjbiped
@@ -27,8 +17,6 @@ from mjbiped.control.registry import make_controller
 from mjbiped.robots.robot import Robot
 
 FILE = Path(__file__).with_name("golden_walks.npz")
-KERNELS = ("Prescott", "Haswell", "")
-"""Processors whose routines OpenBLAS takes in place of this one's; the last is this one."""
 STEPS = 12
 EVERY = 10  # one of so many samples is kept
 SAMPLED = ("time", "q", "dq", "torque", "slope_estimate")
@@ -148,50 +136,3 @@ def stored(case: Case) -> dict[str, NDArray[Any]]:
     prefix = f"{CASES.index(case)}/"
     with np.load(FILE) as file:
         return {name.removeprefix(prefix): file[name] for name in file.files if name.startswith(prefix)}
-
-
-def walk_all(heavier: float = 0.0) -> dict[str, NDArray[Any]]:
-    """The columns of all walks, after the number of each."""
-    walks = (kept(walked(case, heavier=heavier)) for case in CASES)
-    return {f"{number}/{name}": column for number, walk in enumerate(walks) for name, column in walk.items()}
-
-
-def walked_elsewhere(kernel: str, folder: Path) -> dict[str, NDArray[Any]]:
-    """All walks, with gaits searched for by the routines of another processor."""
-    made = folder / f"{kernel}.npz"
-    terms = {"OPENBLAS_CORETYPE": kernel, "MJBIPED_CACHE_DIR": str(folder / f"gaits {kernel}")}
-    subprocess.run([sys.executable, __file__, "walks", made], env={**os.environ, **terms}, check=True)
-    with np.load(made) as file:
-        return dict(file)
-
-
-def moved(walks: dict[str, NDArray[Any]], others: list[dict[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """How far each column of walks moves in others."""
-    found = {}
-    for name, column in walks.items():
-        if column.dtype.kind == "f":
-            there = [other[name] for other in others if other[name].shape == column.shape]
-            finite = [np.isfinite(each) & np.isfinite(column) for each in there]
-            apart = [
-                np.abs(each - column).max(initial=0.0, where=both) for each, both in zip(there, finite, strict=True)
-            ]
-            found[name.replace("/", "/moved ", 1)] = np.array(max(apart, default=0.0))
-    return found
-
-
-def main(task: str = "", path: str = "") -> None:
-    """Make the file anew; or measure how far its columns move elsewhere; or walk for such a measurement."""
-    here = walk_all()
-    if task == "walks":
-        np.savez(path, allow_pickle=False, **here)
-        return
-    others = [walk_all(bits * np.finfo(float).eps) for bits in (-8.0, -4.0, 4.0, 8.0)]
-    with tempfile.TemporaryDirectory() as folder:
-        others += [walked_elsewhere(kernel, Path(folder)) for kernel in KERNELS]
-    columns = dict(np.load(FILE)) if task == "moved" else here
-    np.savez_compressed(FILE, allow_pickle=False, **{**columns, **moved(here, others)})
-
-
-if __name__ == "__main__":
-    stored_references.put_away()
-    main(*sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Walks are what they were before the house was built anew; `python tests/golden_walks.py` made them."""
+"""Walks are what they were before the house was built anew; `scripts.golden_walks` made them."""
 
 import golden_numbers
 import golden_walks

@@ -1,9 +1,8 @@
 """Reports in headless Chromium: they draw, they are linked, they play, and they ask the network for nothing.
 
-`make test-browser` runs them; MJBIPED_SCREENSHOTS names a folder that is to have pictures of the pages.
+`make test-browser` runs them.
 """
 
-import os
 import shutil
 import time
 from collections.abc import Iterator
@@ -23,7 +22,6 @@ pytestmark = pytest.mark.browser
 
 _FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
 _PATIENCE = 30.0  # s
-_SCREENSHOTS = os.environ.get("MJBIPED_SCREENSHOTS")
 
 
 class Opened:
@@ -56,11 +54,6 @@ class Opened:
     def assert_quiet(self, path: Path) -> None:
         assert self.said == []
         assert [url for url in self.asked if not url.startswith(("data:", "blob:"))] == [path.as_uri()]
-
-    def shoot(self, name: str) -> None:
-        if _SCREENSHOTS:
-            Path(_SCREENSHOTS).mkdir(parents=True, exist_ok=True)
-            self.page.screenshot(path=f"{_SCREENSHOTS}/{name}.png", full_page=True)
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +88,6 @@ def test_a_walk_is_drawn_without_a_word(browser: Opened, page: Path) -> None:
     assert browser.run(lines % "phases") >= 4  # a line and the gait for each leg, the transitions where there are any
     assert browser.run(lines % "ground") == 5
     browser.assert_quiet(page)
-    browser.shoot("walk")
 
 
 def test_all_figures_point_at_the_moment_that_one_points_at(browser: Opened, page: Path, walk: mjbiped.Walk) -> None:
@@ -122,7 +114,6 @@ def test_all_figures_point_at_the_moment_that_one_points_at(browser: Opened, pag
     assert legs == pytest.approx([walk.samples["qpos"][k, 0]] * 2, abs=0.01)  # m, the hip's way in 5 ms is 2.5 mm
     assert "step" in browser.page.inner_text("#now")
     assert browser.said == []
-    browser.shoot("walk_pointed_at")
 
 
 @pytest.mark.skipif(gl_available() is None, reason="no OpenGL platform")
@@ -165,4 +156,3 @@ def test_studies(name: str, content: dict[str, object], browser: Opened, tmp_pat
     browser.open(page)
     assert browser.run("document.querySelectorAll('.plot .subplot').length") >= 2
     browser.assert_quiet(page)
-    browser.shoot(f"study_{name}")

@@ -1,12 +1,11 @@
 """The studies of laws for a bounded ankle: their wrong models, their rivals, and grounds that nobody else uses."""
 
 import numpy as np
-import pytest
 
 import mjbiped
 from controllers import PassiveController
 from mjbiped import Terrain
-from scripts.studies import recovery_search, scuffing_study, sole_limits_study, soles_study
+from scripts.studies import recovery_search, scuffing_study, soles_study
 
 
 def test_no_ground_of_the_tables_is_a_training_ground() -> None:
@@ -14,18 +13,6 @@ def test_no_ground_of_the_tables_is_a_training_ground() -> None:
     assert not tables & {*recovery_search.training(), *recovery_search.others()}
     assert not set(recovery_search.training()) & set(recovery_search.others())
     assert recovery_search.training() == recovery_search.training()
-
-
-@pytest.mark.slow  # it searches for three references
-def test_limits_by_energy() -> None:
-    """A heel that is 4 cm further behind works that much more over the same step, and on the same grade."""
-    short, long = (sole_limits_study.estimates(sole_limits_study.law(sole)) for sole in (0.08, 0.12))
-    gait = sole_limits_study.law(0.12).gait
-    spread = abs(gait.start[0] - gait.start[1])
-    assert long[0] - short[0] == pytest.approx(0.95 * 0.04 * spread, rel=1e-4)  # two references, each optimised
-    assert long[1] - short[1] == pytest.approx(0.95 * 0.04, abs=1e-4)
-    assert long[1] == pytest.approx(0.95 * 0.12 - 0.0347, abs=1e-4)
-    assert sole_limits_study.estimates(sole_limits_study.law(0.005))[1] == 0.0
 
 
 def test_straight_legs_scuff_as_their_gait_says() -> None:
