@@ -29,7 +29,8 @@ def swung(ground: Terrain, start: tuple[float, ...]) -> tuple[mjbiped.Walk, NDAr
 
 def test_a_foot_that_cannot_leave_the_ground_slides_until_it_is_lifted() -> None:
     """A stub behind the stance foot is no end: one impact, then contact without friction or work, then a step."""
-    rising, falling = (Terrain((-5.0, -0.39), (0.0, 0.0), (0.0, math.radians(angle))) for angle in (-1.0, 1.0))
+    places, heights = (-5.0, -0.39, 5.0), (0.0, 0.0, 0.0)
+    rising, falling = (Terrain(places, heights, (0.0, math.radians(angle), 0.0)) for angle in (-1.0, 1.0))
     for ground, stubs, slid in ((Terrain.level(), 1, 20), (rising, 2, 20), (falling, 1, 1)):  # slides on, or off
         walk, _, height = swung(ground, (-0.2, 0.201, 0.201, 1.0, -1.5, -1.5))
         assert walk.outcome == "finished"
