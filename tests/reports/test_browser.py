@@ -131,15 +131,6 @@ def test_the_video_plays_and_the_cursor_follows(browser: Opened, page: Path, wal
     browser.assert_quiet(page)
 
 
-def test_a_table_is_sorted_by_a_click(browser: Opened, page: Path, walk: mjbiped.Walk) -> None:
-    browser.open(page)
-    heading = browser.page.locator("table.sortable th", has_text="step").first
-    first = "document.querySelector('table.sortable tbody td').textContent"
-    for expected in ("1", str(walk.steps)):
-        heading.click()
-        assert browser.run(first) == expected
-
-
 @pytest.mark.usefixtures("studies_in_threads")
 @pytest.mark.parametrize(
     ("name", "content"),

@@ -13,9 +13,8 @@ from command_line import run
 import mjbiped
 from mjbiped.envs.tasks import WalkTask
 from mjbiped.records.record import Walk
-from scripts.learning import evaluation, training
+from scripts.learning import training
 from scripts.learning.checkpoint import Checkpoint
-from scripts.learning.evaluation import interval
 from scripts.learning.rollouts import WEIGHTS, Array, Rollouts, actions
 from scripts.learning.training import train
 
@@ -48,14 +47,6 @@ def test_a_seed_gives_one_policy_bitwise_broken_off_or_not(tmp_path: Path) -> No
     assert went_on.generations == 4
     assert np.all(np.diff([went_on.wall, went_on.steps]) > 0.0)
     assert not np.array_equal(whole.weights, after(4, seed=4).weights)
-
-
-def test_an_interval_holds_the_mean_as_often_as_it_says() -> None:
-    """Of 500 samples of five normal numbers, 95 %."""
-    samples = np.random.default_rng(3).normal(1.0, 2.0, (500, 5))
-    held = np.mean([low <= 1.0 <= high for _, low, high in map(interval, samples)])
-    # the share's standard deviation is sqrt(0.95 * 0.05 / 500) = 0.01
-    assert held == pytest.approx(evaluation.CONFIDENCE, abs=0.03)
 
 
 # ---- stored policies -----------------------------------------------------------------------------------------------

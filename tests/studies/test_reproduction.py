@@ -114,6 +114,7 @@ def test_known_model_and_slope_leave_no_error(walk: mjbiped.Walk) -> None:
     assert found["trace_travel"] < 1e-6 * len(walk.samples["time"])  # a sum over all samples
     assert found["trace_off_time"] == 0.0
     assert 0.0 < found["trace_straight"] < 0.2 < found["trace_bent"]  # N m
+    golden_numbers.check("lines of traces", {"all": [found["trace_straight"], found["trace_bent"]]})
 
 
 def test_errors_of_the_estimate_by_hand(walk: mjbiped.Walk) -> None:
@@ -134,18 +135,6 @@ def test_errors_of_the_estimate_by_hand(walk: mjbiped.Walk) -> None:
         "error": math.sqrt(np.diff(time) @ error[:-1] ** 2 / (time[-1] - time[0])),
     }
     assert {name: found[f"trace_{name}"] for name in wanted} == pytest.approx(wanted, rel=1e-9)
-
-
-def test_straight_lines_and_bent_ones_by_hand(walk: mjbiped.Walk) -> None:
-    """Torques that are linear in time have no distance from a line; one sample by d aside has nearly d."""
-    torque = np.outer(walk.samples["time"], [3.0, -2.0]) + 1.0
-    plain = cells.traced(dataclasses.replace(walk, samples={**walk.samples, "torque": torque}))
-    assert max(plain["trace_straight"], plain["trace_bent"]) < 1e-10  # rounding of numbers of order 10
-    begun = walk.touchdowns["time"]
-    torque[int(np.searchsorted(walk.samples["time"], 0.5 * (begun[0] + begun[1]))), 1] += 0.3  # of a step on the gait
-    moved = cells.traced(dataclasses.replace(walk, samples={**walk.samples, "torque": torque}))
-    assert 0.28 < moved["trace_straight"] < 0.3
-    assert moved["trace_bent"] < 1e-10
 
 
 def test_tracking_errors_are_those_at_the_touchdowns(controller: AdaptiveController) -> None:
