@@ -54,7 +54,7 @@ def test_pictures_show_the_robot() -> None:
     first: Any = env.render()
     for _ in range(20):
         env.step(ZERO)
-    assert first.shape == (72, 96, 3)
+    assert (first.shape, env.metadata["render_fps"]) == ((72, 96, 3), 50)
     assert (first != env.render()).any()
     # the robot's legs are orange and blue, the ground is grey and the sky is pale
     orange = (first[..., 0] > 150) & (first[..., 2] < 80)

@@ -78,7 +78,7 @@ class SpaceRun(Run):
         self.time, self.next_sample, self.bound_time, self.count = 0.0, 0.0, 0.0, 0
         self.work = np.zeros(4)
         self.peak = np.zeros(len(self.robot.joints))
-        self.pressure: list[float] = [-math.inf, -math.inf, *([0.0] * BINS)]
+        self.pressure = [0.0] * (2 + BINS)
         self.knees = "knee" in self.robot.joints
         self._begin_step()
 
