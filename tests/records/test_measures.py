@@ -14,6 +14,7 @@ import mjbiped
 from controllers import AdaptiveController, PassiveController
 from mjbiped.control.registry import make_controller
 from mjbiped.records import measures
+from mjbiped.records.columns import Recorder
 
 
 @pytest.fixture(scope="module")
@@ -127,6 +128,7 @@ def test_what_does_not_exist_is_none() -> None:
     assert (summary["cost_of_transport"], summary["final_estimate_error_deg"], summary["steps"]) == (None, None, 0)
     rows = {label: (value, unit) for label, value, unit in summary.rows}
     assert rows["final estimate error"] == ("-", "")
+    assert Recorder(robot=mjbiped.Compass).end == (0.0, 0.0)
     assert rows["peak torque, ankle"] == ("0.00", "N m")
 
 

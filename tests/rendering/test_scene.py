@@ -79,6 +79,7 @@ def test_limbs_and_centre_of_mass_are_those_of_mujoco_s_bodies(robot: InSpace) -
     feet = [data.geom(f"{limb.name}_foot").xpos for limb in robot.bodies.limbs]
     np.testing.assert_allclose(robot.points(qpos)[:, -1], feet, atol=1e-12)
     np.testing.assert_allclose(robot.centre_in_space(qpos), data.subtree_com[0], atol=1e-6)
+    np.testing.assert_array_equal(robot.centre_of_mass(qpos), robot.centre_in_space(qpos)[[0, 2]])
 
 
 def test_a_footing_is_told_by_its_posture(in_space: Walk) -> None:
