@@ -134,7 +134,7 @@ def of_functions() -> Named:
 def in_space(name: str, engine: str) -> mjbiped.Walk:
     """A walk in space that is pushed."""
     robot, law, ground, steps, push = _IN_SPACE[name]
-    pushes = Disturbances(pushes=[(0.3, push)], push_direction=math.pi / 2)
+    pushes = Disturbances(pushes=[(0.3, push), (0.5, -0.4 * push)], push_direction=math.pi / 2)
     asked: dict[str, Any] = {"engine": engine, "steps": steps, "disturbances": pushes, "sample_period": 0.02}
     return mjbiped.walk(make_controller(law, robot, {}), ground, **asked)
 
@@ -183,7 +183,7 @@ CASES: Mapping[str, Callable[[], Named]] = {
     **{f"scene of {robot}": partial(scene, robot, "to the side" if "3d" in robot else "mixed") for robot in ROBOTS},
     **{f"scene on {ground}": partial(scene, "compass", ground) for ground in ("risers", "many", "down", "ridges")},
     "scene of boxes": partial(scene, "compass", "risers", "boxes"),
-    "scene on bumps": partial(scene, "compass3d", "bumps"),
+    **{f"scene on {ground} in space": partial(scene, "compass3d", ground) for ground in ("bumps", "risers")},
     "reference of straight legs": lambda: reference(CompassStep(mjbiped.Compass(lower_length=0.4, sole=(0.1, 0.08)))),
     "reference with knees": lambda: reference(KneedStep(replace(UNEQUAL, sole=(0.1, 0.08)))),
     "functions": of_functions,

@@ -2,6 +2,7 @@
 
 import math
 
+import golden_numbers
 import numpy as np
 import pytest
 from engines.conformance.free_bodies import FreeRobot
@@ -10,8 +11,9 @@ from simulations import UNEQUAL, Plain, hybrid_run, hybrid_simulation
 
 import mjbiped
 from mjbiped import KneedBiped, RoundKneed, Terrain
-from mjbiped.dynamics.modes import FREE, LOCKED, bend_stance_knee
+from mjbiped.dynamics.modes import FREE, LOCKED, RESTING, bend_stance_knee
 from mjbiped.engines.hybrid.gait_step import advance
+from mjbiped.engines.hybrid.impacts import stop_swing_foot
 from mjbiped.engines.hybrid.motion import enter_mode
 from mjbiped.engines.hybrid.resets import lands, note_face
 from mjbiped.robots.robot import Robot
@@ -106,6 +108,21 @@ def test_a_bent_leg_takes_over_where_the_other_foot_leaves_the_ground(robot: Kne
     # each kind often: behind, ahead with straight legs, with bent ones that take over, and that do not
     kinds = [(False, False, False), (True, True, True), (True, False, True), (True, False, False)]
     assert min(seen.count(kind) for kind in kinds) > 30
+
+
+def test_an_impact_opens_a_knee_that_rests_on_its_stop_or_presses_it_on() -> None:
+    simulation = hybrid_simulation(Terrain.level(), (-0.1, 0.2, 0.2, 1.0, 0.0, 0.0))
+    c, w, draw, found = simulation.constants, simulation.state, np.random.default_rng(1), []
+    for _ in range(20):
+        leg, rates, push = draw.uniform(-0.5, 0.5, 2), draw.normal(0.0, 1.0, 2), draw.uniform(-1.5, 1.5)
+        w.y[:6] = [*leg[[0, 1, 1]], *rates[[0, 1, 1]]]
+        w.locked, w.pushed_x, w.pushed_z = RESTING, math.sin(push), math.cos(push)
+        enter_mode(c, w)
+        stop_swing_foot(c, w)
+        found.append([w.locked, *w.y[:6]])
+        assert w.locked == RESTING or w.y[5] > w.y[4]
+    assert {each[0] for each in found} == {FREE, RESTING}
+    golden_numbers.check("impacts on a knee that rests", {"all": found})
 
 
 EDGE = -0.45
