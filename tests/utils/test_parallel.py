@@ -42,18 +42,6 @@ def test_error_ends_the_workers_at_once() -> None:
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.slow
-def test_workers_do_not_hear_ctrl_c_from_their_first_moment_on() -> None:
-    with processes(2) as pool:
-        children = multiprocessing.active_children()
-        assert len(children) == 2
-        for child in children:
-            assert child.pid is not None
-            os.kill(child.pid, signal.SIGINT)  # still busy with their imports
-        assert pool.submit(pow, 2, 3).result() == 8
-    assert [child.exitcode for child in children] == [0, 0]
-
-
 def test_worker_that_dies_is_told() -> None:
     with pytest.raises(BrokenExecutor), processes(1) as pool:
         pool.submit(os._exit, 1).result()

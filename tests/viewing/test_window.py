@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import mjbiped
-from controllers import AdaptiveController
 from mjbiped.records.signals import SIGNALS
 from mjbiped.utils import palette
 
@@ -104,15 +102,3 @@ def test_keys_and_a_push_with_the_mouse(screen: str, tmp_path: Path) -> None:
     lowest = [near(picture, (red, green, blue))[:, 1].max() for picture in (start, pushed)]
     assert lowest[1] > lowest[0] + 20
     assert "step" in viewed.closed()
-
-
-def test_a_record(screen: str, tmp_path: Path, controller: AdaptiveController) -> None:
-    record = tmp_path / "walk.npz"
-    walk = mjbiped.walk(controller, mjbiped.Terrain.mixed(), steps=4)
-    walk.save(record)
-    viewed = Viewed(screen, str(record), "--for", "8")
-    viewed.press("comma", "period", "period", "Left")
-    assert len(near(viewed.shot(tmp_path / "record.png"), (0, 115, 180))) > 200
-    words = viewed.closed()
-    assert "walking" in words  # it was paused before its end
-    assert float(words.split()[2]) > walk.touchdowns["time"][1] - 0.02
