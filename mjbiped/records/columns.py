@@ -82,7 +82,7 @@ def _flag(meaning: str) -> Column:
 
 
 def _posture_of(robot: type[Robot]) -> Column:
-    units = ", ".join(["m", "m", *["rad"] * (len(robot.places) - 2)])
+    units = ", ".join("m" if place in ("hip_x", "hip_y", "hip_z") else "rad" for place in robot.places)
     return Column(units, "posture: hip, legs from the vertical, flexions", robot.places)
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 import mjbiped
-from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, index_of, width
+from mjbiped.records.columns import SAMPLES, TOUCHDOWNS, Recorder, index_of, tables_of, width
 
 
 def rows_at(columns: int, *times: float) -> np.ndarray:
@@ -38,6 +38,7 @@ def test_frames_hold_the_numbers_of_the_record(walk: mjbiped.Walk) -> None:
     states = samples[["controller_state_0", "controller_state_1"]].to_numpy()
     assert states.tobytes() == walk.samples["controller_states"].tobytes()
     assert (samples.attrs["units"]["qpos_hip_x"], samples.attrs["units"]["qpos_left"]) == ("m", "rad")
+    assert tables_of(mjbiped.Compass3D).samples["qpos"].unit == "m, m, rad, rad, m, rad, rad"
 
 
 def test_steps_join_the_two_frames(walk: mjbiped.Walk) -> None:

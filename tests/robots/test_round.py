@@ -36,6 +36,7 @@ def test_arcs_touch_the_ground_where_they_stand() -> None:
     robot = RoundCompass(foot_radius=0.3)
     lines = robot.outline([0.0, 1.0, 0.0, 0.4])
     assert lines.shape == (2, 18, 2)
+    golden_numbers.check("outline of arcs", {"all": lines})
     np.testing.assert_allclose(lines[0, 1], [0.0, 0.0], atol=1e-15)
     assert lines[0, :, 1].min() == pytest.approx(0.0, abs=1e-15)
     centres = robot.limbs([0.0, 1.0, 0.0, 0.4])[:, 0] - 0.7 * np.array([[0.0, 1.0], [math.sin(0.4), math.cos(0.4)]])

@@ -83,11 +83,14 @@ def foot_over_ground(c: Constants, w: State, y: Floats) -> Place:
     return foot_x - stance_foot(c, w, y)[0], clearance, segment
 
 
-def happens(c: Constants, w: State, t: float, ahead: float, clearance: float) -> bool:
-    """Whether the awaited event has occurred: the rule enables the foot's contact or, later, it is below ground."""
+def happens(c: Constants, w: State, ahead: float, clearance: float) -> bool:
+    """Whether the awaited event has occurred: the rule enables the foot's contact or, later, it is below ground.
+
+    Nobody asks before the rule's delay has passed.
+    """
     if w.contact_enabled:
         return clearance <= 0.0
-    return swing_foot_collides(c.reach, c.delay, t, ahead, clearance)
+    return swing_foot_collides(c.reach, c.delay, math.inf, ahead, clearance)
 
 
 def decided_by_ends(c: Constants, w: State, h: float, here: Place, there: Place) -> bool:
@@ -97,11 +100,11 @@ def decided_by_ends(c: Constants, w: State, h: float, here: Place, there: Place)
     if w.face != 0.0:
         return False
     room = acceleration_bound(c, w) * h * h / 8.0
-    return _decided(c, w, w.elapsed + h, room, here, there)
+    return _decided(c, w, room, here, there)
 
 
-def _decided(c: Constants, w: State, t: float, room: float, here: Place, there: Place) -> bool:
-    """Whether the foot can have met nothing up to t; its contact is then enabled, if the rule says so by now.
+def _decided(c: Constants, w: State, room: float, here: Place, there: Place) -> bool:
+    """Whether the foot can have met nothing on the way; its contact is then enabled, if the rule says so by now.
 
     The contact of a foot that keeps clear of the ground may as well be enabled at the end of the interval as within it.
     """
@@ -111,7 +114,7 @@ def _decided(c: Constants, w: State, t: float, room: float, here: Place, there: 
         return clear
     if max(here[0], there[0]) + room < c.reach or (same and max(here[1], there[1]) + room < 0.0):
         return True  # too far back, or below ground
-    if clear and happens(c, w, t, there[0], there[1]):
+    if clear and happens(c, w, there[0], there[1]):
         w.contact_enabled = True
         return True
     return False
@@ -153,7 +156,7 @@ def _interval(
         there = foot_over_ground_within(c, w, end)
         width = (end - x) * h
         room = bound * width * width
-        if _decided(c, w, w.elapsed + end * h, room, here, there):
+        if _decided(c, w, room, here, there):
             return NOTHING, end, end, there
         falls = here[2] == there[2] and here[1] > 0.0 >= there[1] and here[1] - there[1] > 8.0 * room
         if w.contact_enabled and falls:  # the clearance falls all the way: one crossing
@@ -163,7 +166,7 @@ def _interval(
             w.landing = there[2]
             return TOUCHDOWN, share, end, there
         if width < SHORTEST:
-            if not happens(c, w, w.elapsed + end * h, there[0], there[1]):
+            if not happens(c, w, there[0], there[1]):
                 return NOTHING, end, end, there
             if not w.contact_enabled:
                 w.contact_enabled = True
@@ -215,9 +218,9 @@ def _crossing(c: Constants, w: State, h: float, x: float, end: float, here: Plac
     return middle
 
 
-def _happens_within(c: Constants, w: State, x: float, h: float, _event: int) -> bool:
+def _happens_within(c: Constants, w: State, x: float, _h: float, _event: int) -> bool:
     ahead, clearance, _ = foot_over_ground_within(c, w, x)
-    return happens(c, w, w.elapsed + x * h, ahead, clearance)
+    return happens(c, w, ahead, clearance)
 
 
 def _over_the_top(c: Constants, w: State, x: float, _h: float, _event: int) -> bool:
