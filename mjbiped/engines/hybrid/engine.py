@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import math
 import time
 from dataclasses import dataclass
 from functools import cached_property
@@ -156,7 +155,7 @@ class HybridRun(Run):
         """Record the last state reached with the last torque computed, without calling the controller's `torque`."""
         c, w = self.constants, self.state
         w.sampled[: c.joints] = w.given[0][: c.joints]
-        write_sample(c, w, w.time, w.y, (w.sampled if c.behind == math.inf else w.asked)[0])
+        write_sample(c, w, w.time, w.y, w.asked[0])
         self._record(c.row_buffer[:0], c.sample_buffer[:1])
 
     def compile(self) -> bool:

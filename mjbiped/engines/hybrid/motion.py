@@ -27,8 +27,8 @@ def rates(c: Constants, w: State, t: float, y: Floats, dy: Floats) -> None:
     n, joints, dq, ddq = c.angles, c.joints, numbers(w.dq, ROOM), numbers(w.ddq, ROOM)
     given, tame = row(w.given, w.stage, c.given), take_angles(c, w, y)
     ask(c, w, t, y, given)
+    numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
     if c.behind < math.inf:
-        numbers(w.asked, STAGES_WITH_DENSE)[w.stage] = given[0]
         numbers(w.normals, STAGES_WITH_DENSE)[w.stage] = bound_ankle(c, w, given)
     _move(c, w, given)
     if c.toe > 0.0:
