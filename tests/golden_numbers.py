@@ -141,7 +141,7 @@ def in_space(name: str, engine: str) -> mjbiped.Walk:
 
 def leaning_in_space() -> Named:
     """What MuJoCo's walk tells of a robot that leans, rolls and turns far on a lateral slope."""
-    law = make_controller("adaptive", mjbiped.Compass3D(4.0, 3.0, 0.4, 0.45), {})
+    law = make_controller("adaptive", mjbiped.Compass3D(), {})
     terms = Terms(mjbiped.Mujoco(), 3, None, law.robot, None, ScuffingRule())
     run: Any = terms.engine.start(make_plan(terms, law, GROUNDS["to the side"], "gait"))
     run.data.qpos[:] += 0.3 * np.cos(np.arange(run.model.nq))
