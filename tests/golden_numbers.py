@@ -89,13 +89,8 @@ def environment(name: str, periods: int = 40, **settings: Any) -> Named:
     flat = [np.concatenate([np.ravel(part) for part in row.values()]) if isinstance(row, dict) else row for row in rows]
     walk = made.unwrapped.walk()  # type: ignore[attr-defined]  # no method of gymnasium's
     bounds = [bound for space in flattened for bound in (*space.low, *space.high)]
-    found = {
-        "bounds": bounds,
-        "outcome": [*map(ord, walk.outcome)],
-        "observations": flat,
-        "rewards": rewards,
-        "info": [x for row in numbers for x in row],
-    }
+    found = {"bounds": bounds, "outcome": [*map(ord, walk.outcome)], "observations": flat, "rewards": rewards}
+    found |= {"info": [x for row in numbers for x in row]}
     return found | {f"walk's {name}": walk.samples[name] for name in ("time", "qpos", "torque")}
 
 
@@ -152,13 +147,8 @@ def leaning_in_space() -> Named:
     planned = make_plan(replace(terms, engine=mjbiped.Hybrid(), robot=law.robot), law, GROUNDS["to the side"], "gait")
     on_sole: Any = planned.terms.engine.start(planned)
     bounded = on_sole._driven(np.array([30.0, 5.0, 20.0]), on_sole.q, on_sole.dq)
-    return {
-        "bounded": np.concatenate(bounded),
-        "seen": run.seen(),
-        "held": run.model.wrap_prm,
-        "judged": judged,
-        "posture": run.posture(run.q),
-    }
+    told = {"bounded": np.concatenate(bounded), "seen": run.seen(), "held": run.model.wrap_prm, "judged": judged}
+    return told | {"posture": run.posture(run.q)}
 
 
 def columns(name: str, engine: str) -> Named:
