@@ -47,7 +47,7 @@ ROOMS = {
     "mjbiped/records": ("records", "engines", "cli"),
     "mjbiped/robots": ("robots", "gaits", "engines", _NUMBERS),
     "mjbiped/rules": ("rules", "robots", "engines"),
-    "mjbiped/studies": ("studies", "cli"),
+    "mjbiped/studies": ("studies", "plotting", "cli"),
 }
 """The rooms from which mutants are drawn, and what stands for them in tests/, in the order in which it is run."""
 
