@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mjbiped.robots.compass import Compass
 from mjbiped.robots.robot import Array, Robot
+from mjbiped.robots.shape import HIP
 
 if TYPE_CHECKING:
     from mjbiped.records.measures import Summary
@@ -82,7 +83,7 @@ def _flag(meaning: str) -> Column:
 
 
 def _posture_of(robot: type[Robot]) -> Column:
-    units = ", ".join("m" if place in ("hip_x", "hip_y", "hip_z") else "rad" for place in robot.places)
+    units = ", ".join("m" if place in HIP else "rad" for place in robot.places)
     return Column(units, "posture: hip, legs from the vertical, flexions", robot.places)
 
 

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 ARC = 0.6
 """Half of the angle over which the arc of a round foot is drawn, rad; it is no limit of its rolling."""
+HIP = ("hip_x", "hip_y", "hip_z")
+"""Names of the hip's place in a posture, m; planar robots have no `hip_y`."""
 
 
 class Shape(ABC):

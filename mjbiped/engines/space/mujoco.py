@@ -22,6 +22,7 @@ from mjbiped.engines.plan import Plan
 from mjbiped.engines.space.run import SpaceRun
 from mjbiped.records.columns import Cancellation, never_cancelled
 from mjbiped.robots.footing import Footing, robot_axes
+from mjbiped.robots.shape import HIP
 from mjbiped.robots.space import Array
 from mjbiped.rules.scuffing import swing_foot_collides
 from mjbiped.rules.termination import AVERAGED, SLIPPED_FOOT, Outcome
@@ -67,7 +68,7 @@ class MujocoSpaceRun(SpaceRun):
         self.feet = [self.model.geom(name).id for name in ("left_foot", "right_foot")]
         self.motors = self._motors()
         at = {name: self.model.joint(name).qposadr[0] for name in self.robot.places}
-        self.hip = [at[name] for name in ("hip_x", "hip_y", "hip_z")]
+        self.hip = [at[name] for name in HIP]
         self.heading = self.model.tendon("heading").id
         first = self.model.joint("hip_x").dofadr[0]
         self.slides = slice(first, first + 3)

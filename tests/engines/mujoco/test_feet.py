@@ -71,7 +71,8 @@ def test_forces_of_all_contacts_are_added_as_vectors(contacts: list[Any], before
             shear += rubbed
     leg: Any = SimpleNamespace(contacts=before, hip=2, knee=-1, sole=-1, offset=0.0, turn=0.0, upper=0.0, height=0.0)
     c: Any = SimpleNamespace(slots=len(readings) - before)
-    foot = felt(c, SimpleNamespace(q=[0.0] * 4), readings, leg)  # type: ignore[arg-type]
+    u: Any = SimpleNamespace(q=[0.0] * 4)
+    foot = felt(c, u, readings, leg)
     assert [foot.forward, -foot.downward, foot.shear] == pytest.approx([*total[[0, 2]], shear], abs=1e-12 * 1e3)
     assert foot.pressure == pytest.approx(sum(contact[2][0] for contact in contacts if contact[0]))
     assert (foot.depth, foot.ground, foot.face) == (max(depths), len(depths) > 1, found_face)
